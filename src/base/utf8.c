@@ -1,0 +1,38 @@
+/* utf8.c - the byte ranges of RFC 3629, section 4. */
+#include "base/utf8.h"
+
+#include <stddef.h>
+
+/* Bytes that follow a lead byte, and the range of the first of them. */
+static int follow(unsigned char lead, unsigned char *low, unsigned char *high)
+{
+    *low = lead == 0xe0 ? 0xa0 : lead == 0xf0 ? 0x90 : 0x80;
+    *high = lead == 0xed ? 0x9f : lead == 0xf4 ? 0x8f : 0xbf;
+    if (lead < 0x80)
+        return 0;
+    if (lead >= 0xc2 && lead <= 0xdf)
+        return 1;
+    if (lead >= 0xe0 && lead <= 0xef)
+        return 2;
+    if (lead >= 0xf0 && lead <= 0xf4)
+        return 3;
+    return -1;
+}
+
+bool utf8_is_valid(const char *text)
+{
+    const unsigned char *p = (const unsigned char *)text;
+    while (*p != '\0') {
+        unsigned char low, high;
+        int n = follow(*p++, &low, &high);
+        if (n < 0)
+            return false;
+        for (; n > 0; n--, p++) {
+            if (*p < low || *p > high)
+                return false;
+            low = 0x80;
+            high = 0xbf;
+        }
+    }
+    return true;
+}
