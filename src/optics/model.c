@@ -1,0 +1,50 @@
+/* model.c - the list of models, and a skin's spectrum by any of them. */
+#include "optics/model.h"
+
+#include <string.h>
+
+#include "optics/half_space.h"
+#include "optics/paper.h"
+#include "optics/two_layer.h"
+
+const struct model model_list[MODEL_COUNT] = {
+    {
+        .name = "paper",
+        .summary = "the paper's RGB computation; reproduces its Table 2, has no spectra",
+        .trust = "faithful, not physical: a* falls when haemoglobin rises",
+        .rgb = paper_rgb,
+    },
+    {
+        .name = "half-space",
+        .summary = "Eq. 9 per wavelength, both layers' absorption summed",
+        .trust = "rms 0.08 in R against transport; haemoglobin and melanin trade places",
+        .reflectance = half_space_reflectance,
+    },
+    {
+        .name = "two-layer",
+        .summary = "epidermis over dermis, diffusion in closed form (the default)",
+        .trust = "rms 0.006 in R against transport; at most 0.02, 0.026 below 0.06 mm",
+        .has_thickness = true,
+        .reflectance = two_layer_reflectance,
+    },
+};
+
+const struct model *model_find(const char *name)
+{
+    for (size_t i = 0; i < MODEL_COUNT; i++)
+        if (strcmp(model_list[i].name, name) == 0)
+            return &model_list[i];
+    return NULL;
+}
+
+enum status model_reflectance(const struct model *model, const struct tissue *t,
+                              const struct chromophores *c, double *scratch, double *R)
+{
+    struct medium m;
+    if (model->reflectance == NULL)
+        return STATUS_UNSUPPORTED;
+    enum status s = tissue_medium(t, c, scratch, &m);
+    if (s != STATUS_OK)
+        return s;
+    return model->reflectance(&m, R);
+}

@@ -1,0 +1,39 @@
+/* model.h - every model of skin behind one interface: coefficients in,
+ * reflectance out.
+ *
+ * Convention of all spectral models: diffuse reflectance per incident light, so
+ * the light lost to the mirror reflection at entry is gone (a factor 1-Rs) and
+ * the mirror reflection itself is not in it: what SCE measures. */
+#ifndef SKINSPEC_OPTICS_MODEL_H
+#define SKINSPEC_OPTICS_MODEL_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "base/status.h"
+#include "optics/tissue.h"
+
+struct model {
+    const char *name;    /* as on the command line and in table files */
+    const char *summary; /* one line for --help */
+    const char *trust;   /* how far to believe it */
+    bool has_thickness;  /* whether epidermis_mm changes the answer */
+
+    /* Just one of these two is there; NULL means the model cannot. */
+    enum status (*reflectance)(const struct medium *m, double *R); /* R[m->n] */
+    enum status (*rgb)(const struct tissue *t, double rgb[3]);     /* no spectrum */
+};
+
+enum { MODEL_COUNT = 3 };
+extern const struct model model_list[MODEL_COUNT];
+
+/* NULL where there is no model of that name. */
+const struct model *model_find(const char *name);
+
+/* Spectrum of a skin on the chromophores' bands, R[c->n]; scratch holds
+ * MEDIUM_SCRATCH(c->n) doubles.  STATUS_UNSUPPORTED for a model without
+ * spectra, STATUS_RANGE as the model says; R is then untouched. */
+enum status model_reflectance(const struct model *model, const struct tissue *t,
+                              const struct chromophores *c, double *scratch, double *R);
+
+#endif

@@ -1,0 +1,50 @@
+/* tissue.c - Eqs. 4 and 5: fractions of chromophores -> coefficients. */
+#include "optics/tissue.h"
+
+#include <stdbool.h>
+
+struct tissue tissue_of(double Cm, double Bm, double Ch)
+{
+    return (struct tissue){
+        .Cm = Cm, .Bm = Bm, .Ch = Ch, .gamma = 0.75, .epidermis_mm = 0.08, .eta = 1.4
+    };
+}
+
+static bool is_fraction(double x)
+{
+    return x >= 0.0 && x <= 1.0;
+}
+
+enum status tissue_check(const struct tissue *t)
+{
+    bool good = is_fraction(t->Cm) && is_fraction(t->Bm) && is_fraction(t->Ch) &&
+                is_fraction(t->gamma) && t->epidermis_mm >= 0.0 &&
+                t->epidermis_mm <= TISSUE_EPIDERMIS_MM_MAX;
+    return good ? STATUS_OK : STATUS_RANGE;
+}
+
+enum status tissue_medium(const struct tissue *t, const struct chromophores *c, double *scratch,
+                          struct medium *ret)
+{
+    size_t n = c->n;
+    if (tissue_check(t) != STATUS_OK)
+        return STATUS_RANGE;
+    *ret = (struct medium){
+        .n = n,
+        .epidermis_mm = t->epidermis_mm,
+        .eta = t->eta,
+        .sigma_a_epidermis = scratch,
+        .sigma_a_dermis = scratch + n,
+        .sigma_s_prime_epidermis = scratch + 2 * n,
+        .sigma_s_prime_dermis = scratch + 3 * n,
+    };
+    for (size_t i = 0; i < n; i++) {
+        double melanin = t->Bm * c->eumelanin[i] + (1.0 - t->Bm) * c->pheomelanin[i];
+        double blood = t->gamma * c->oxy[i] + (1.0 - t->gamma) * c->deoxy[i];
+        ret->sigma_a_epidermis[i] = t->Cm * melanin + (1.0 - t->Cm) * c->base[i];
+        ret->sigma_a_dermis[i] = t->Ch * blood + (1.0 - t->Ch) * c->base[i];
+        ret->sigma_s_prime_epidermis[i] = c->sigma_s_prime[i];
+        ret->sigma_s_prime_dermis[i] = 0.5 * c->sigma_s_prime[i];
+    }
+    return STATUS_OK;
+}
