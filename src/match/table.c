@@ -1,0 +1,133 @@
+/* table.c - memory of a table, and its rows computed on several cores. */
+#include "match/table.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/parallel.h"
+
+enum { ALIGNMENT = 64, ROWS_PER_PIECE = 256 };
+
+/* All double columns in one block, so that there is one thing to free. */
+enum { DOUBLE_COLUMNS = 9 };
+
+static size_t rounded_up(size_t n)
+{
+    return (n + TABLE_BLOCK - 1) / TABLE_BLOCK * TABLE_BLOCK;
+}
+
+static void *aligned(size_t count, size_t size)
+{
+    if (count > SIZE_MAX / 2 / size)
+        return NULL;
+    size_t bytes = (count * size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    return aligned_alloc(ALIGNMENT, bytes);
+}
+
+enum status table_init(const struct recipe *recipe, size_t n, struct table *ret)
+{
+    struct table table = { .recipe = *recipe, .n = n };
+    if (n == 0 || n > GRID_ROWS_MAX)
+        return STATUS_RANGE;
+    /* Columns start on a cache line each: round their length up to 8 doubles. */
+    size_t column_length = rounded_up(n);
+    double **column[DOUBLE_COLUMNS] = { &table.Cm, &table.Bm,  &table.Ch,    &table.L,   &table.a,
+                                        &table.b,  &table.red, &table.green, &table.blue };
+    double *block = aligned(column_length * DOUBLE_COLUMNS, sizeof *block);
+    if (block == NULL)
+        return STATUS_NO_MEMORY;
+    for (size_t i = 0; i < DOUBLE_COLUMNS; i++)
+        *column[i] = block + i * column_length;
+    if (recipe->bands > 0) {
+        table.stride = rounded_up(recipe->bands);
+        table.spectrum = aligned(n * table.stride, sizeof *table.spectrum);
+        if (table.spectrum == NULL) {
+            free(block);
+            return STATUS_NO_MEMORY;
+        }
+    }
+    *ret = table;
+    return STATUS_OK;
+}
+
+void table_done(struct table *table)
+{
+    free(table->Cm); /* the block of all columns */
+    free(table->spectrum);
+    memset(table, 0, sizeof *table);
+}
+
+void table_set(struct table *table, size_t row, const struct table_row *values,
+               const float *spectrum)
+{
+    size_t bands = table->recipe.bands;
+    table->Cm[row] = values->Cm;
+    table->Bm[row] = values->Bm;
+    table->Ch[row] = values->Ch;
+    table->L[row] = values->Lab[0];
+    table->a[row] = values->Lab[1];
+    table->b[row] = values->Lab[2];
+    table->red[row] = values->rgb[0];
+    table->green[row] = values->rgb[1];
+    table->blue[row] = values->rgb[2];
+    if (bands > 0) {
+        float *place = table->spectrum + row * table->stride;
+        memset(place, 0, table->stride * sizeof *place);
+        memcpy(place, spectrum, bands * sizeof *place);
+    }
+}
+
+const float *table_spectrum(const struct table *table, size_t row)
+{
+    return table->spectrum != NULL ? table->spectrum + row * table->stride : NULL;
+}
+
+void table_get(const struct table *table, size_t row, struct table_row *ret)
+{
+    *ret = (struct table_row){
+        .Cm = table->Cm[row],
+        .Bm = table->Bm[row],
+        .Ch = table->Ch[row],
+        .Lab = { table->L[row], table->a[row], table->b[row] },
+        .rgb = { table->red[row], table->green[row], table->blue[row] },
+    };
+}
+
+struct computation {
+    struct table *table;
+    size_t first, count;
+    struct row_maker *maker[PARALLEL_MAX_THREADS];
+};
+
+static enum status compute_piece(size_t piece, unsigned worker, void *context)
+{
+    struct computation *c = context;
+    float spectrum[SPECTRUM_MAX_BANDS];
+    struct table_row row;
+    size_t begin = piece * ROWS_PER_PIECE, end = begin + ROWS_PER_PIECE;
+    for (size_t i = begin; i < end && i < c->count; i++) {
+        enum status s = row_maker_make(c->maker[worker], c->first + i, &row, spectrum);
+        if (s != STATUS_OK)
+            return s;
+        table_set(c->table, i, &row, spectrum);
+    }
+    return STATUS_OK;
+}
+
+enum status table_compute(struct table *table, size_t first, size_t count, unsigned threads)
+{
+    enum status s = STATUS_OK;
+    struct computation c = { .table = table, .first = first, .count = count };
+    if (threads < 1)
+        threads = 1;
+    if (threads > PARALLEL_MAX_THREADS)
+        threads = PARALLEL_MAX_THREADS;
+    for (unsigned i = 0; i < threads && s == STATUS_OK; i++)
+        s = row_maker_open(&table->recipe, &c.maker[i]);
+    if (s == STATUS_OK)
+        s = parallel_run((count + ROWS_PER_PIECE - 1) / ROWS_PER_PIECE, threads, compute_piece, &c);
+    for (unsigned i = 0; i < threads; i++)
+        row_maker_close(c.maker[i]);
+    return s;
+}
