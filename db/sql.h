@@ -1,0 +1,26 @@
+/* sql.h - the few steps that every piece of SQL here takes. */
+#ifndef SKINSPEC_DB_SQL_H
+#define SKINSPEC_DB_SQL_H
+
+#include <sqlite3.h>
+
+#include "base/status.h"
+
+/* What an SQLite result code means for our caller.  SQLITE_OK, _ROW and _DONE are
+ * STATUS_OK; a full disk and failed reads and writes are STATUS_IO. */
+enum status sql_status(int code);
+
+/* Run constant SQL without results. */
+enum status sql_run(sqlite3 *db, const char *sql);
+
+/* Prepare one constant statement; on failure *ret is NULL. */
+enum status sql_prepare(sqlite3 *db, const char *sql, sqlite3_stmt **ret);
+
+/* Step a statement that gives no row, and make it ready for the next. */
+enum status sql_step_done(sqlite3_stmt *statement);
+
+/* Why the last call failed, for a person: the operating system's words where it
+ * was the cause ("No space left on device"), else SQLite's. */
+const char *sql_reason(sqlite3 *db);
+
+#endif

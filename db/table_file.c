@@ -1,0 +1,262 @@
+/* table_file.c - check the bytes, then the meta rows, then read the entries. */
+#include "db/table_file.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/log.h"
+#include "db/sql.h"
+#include "db/table_hash.h"
+#include "db/table_schema.h"
+
+void table_file_name(const char *path, char name[TABLE_NAME_SIZE])
+{
+    static const char prefix[] = "table-", suffix[] = ".db";
+    const char *slash = strrchr(path, '/');
+    const char *base = slash != NULL ? slash + 1 : path;
+    if (strncmp(base, prefix, sizeof prefix - 1) == 0)
+        base += sizeof prefix - 1;
+    size_t n = strlen(base), ending = sizeof suffix - 1;
+    if (n > ending && strcmp(base + n - ending, suffix) == 0)
+        n -= ending;
+    snprintf(name, TABLE_NAME_SIZE, "%.*s", (int)(n < TABLE_NAME_SIZE ? n : TABLE_NAME_SIZE - 1),
+             base);
+}
+
+/* Fields of SQLite's file header: bytes 60 user_version, 68 application_id. */
+static uint32_t header_field(const unsigned char *header, size_t at)
+{
+    const unsigned char *p = header + at;
+    return (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | (uint32_t)p[3];
+}
+
+static enum status check_header(int fd, const char *path)
+{
+    unsigned char header[100];
+    ssize_t n = pread(fd, header, sizeof header, 0);
+    if (n < 0) {
+        log_error("table '%s': %s", path, strerror(errno));
+        return STATUS_IO;
+    }
+    if ((size_t)n < sizeof header || memcmp(header, "SQLite format 3", 16) != 0 ||
+        header_field(header, 68) != TABLE_APPLICATION_ID) {
+        log_error("'%s' is not a skinspec table; make one with 'skinspec table build'", path);
+        return STATUS_FORMAT;
+    }
+    if (header_field(header, 60) != TABLE_FORMAT) {
+        log_error("table '%s' has format %u, this program reads format %d; build it anew with "
+                  "'skinspec table build'",
+                  path, (unsigned)header_field(header, 60), (int)TABLE_FORMAT);
+        return STATUS_VERSION;
+    }
+    return STATUS_OK;
+}
+
+static enum status check_pages(int fd, const char *path, char computed[TABLE_SHA256_SIZE])
+{
+    char written[TABLE_SHA256_SIZE];
+    enum status s = table_pages_hash(fd, computed, written);
+    if (s == STATUS_OK && strcmp(computed, written) == 0)
+        return STATUS_OK;
+    if (s == STATUS_IO) {
+        log_error("table '%s': %s", path, strerror(errno));
+        return s;
+    }
+    log_error("table '%s' is damaged or was changed: its bytes do not match its hash; "
+              "take it from a backup or build it anew with 'skinspec table build --force'",
+              path);
+    return STATUS_DAMAGED;
+}
+
+/* Header and pages of the file at path, before SQLite opens it. */
+static enum status check_bytes(const char *path, char pages_sha256[TABLE_SHA256_SIZE])
+{
+    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    if (fd < 0) {
+        log_error("table '%s': %s", path, strerror(errno));
+        return errno == ENOENT ? STATUS_NOT_FOUND : STATUS_IO;
+    }
+    enum status s = check_header(fd, path);
+    if (s == STATUS_OK)
+        s = check_pages(fd, path, pages_sha256);
+    close(fd);
+    return s;
+}
+
+static enum status open_checked(const char *path, char pages_sha256[TABLE_SHA256_SIZE],
+                                sqlite3 **ret)
+{
+    sqlite3 *db = NULL;
+    enum status s = check_bytes(path, pages_sha256);
+    if (s != STATUS_OK)
+        return s;
+    s = sql_status(sqlite3_open_v2(path, &db, SQLITE_OPEN_READONLY, NULL));
+    if (s != STATUS_OK) {
+        log_error("table '%s': %s", path, sql_reason(db));
+        sqlite3_close(db);
+        return s;
+    }
+    *ret = db;
+    return STATUS_OK;
+}
+
+/* Values of meta by key; the text lives until the next look-up. */
+struct meta_query {
+    sqlite3_stmt *select;
+    char value[TABLE_META_VALUE_SIZE];
+};
+
+static const char *look_up(void *context, const char *key)
+{
+    struct meta_query *q = context;
+    const char *found = NULL;
+    sqlite3_bind_text(q->select, 1, key, -1, SQLITE_STATIC);
+    if (sqlite3_step(q->select) == SQLITE_ROW && sqlite3_column_text(q->select, 0) != NULL) {
+        snprintf(q->value, sizeof q->value, "%s", (const char *)sqlite3_column_text(q->select, 0));
+        found = q->value;
+    }
+    sqlite3_reset(q->select);
+    return found;
+}
+
+static enum status read_meta(sqlite3 *db, const char *path, struct table_file_info *ret)
+{
+    struct meta_query q = { 0 };
+    const char *bad_key = "meta", *text;
+    enum status s = sql_prepare(db, "SELECT value FROM meta WHERE key = ?", &q.select);
+    if (s == STATUS_OK)
+        s = table_meta_recipe(look_up, &q, &ret->recipe, &bad_key);
+    if (s == STATUS_OK)
+        s = recipe_check(&ret->recipe);
+    if (s == STATUS_OK) {
+        ret->rows = grid_rows(&ret->recipe.grid);
+        text = look_up(&q, TABLE_CONTENT_KEY);
+        snprintf(ret->content_sha256, sizeof ret->content_sha256, "%s", text != NULL ? text : "");
+        text = look_up(&q, "code_version");
+        snprintf(ret->code_version, sizeof ret->code_version, "%s", text != NULL ? text : "");
+    } else {
+        log_error("table '%s': its meta rows are not understood (%s); build it anew with "
+                  "'skinspec table build --force'",
+                  path, bad_key);
+        s = STATUS_FORMAT;
+    }
+    sqlite3_finalize(q.select);
+    return s;
+}
+
+static bool has_rtree(sqlite3 *db)
+{
+    sqlite3_stmt *select;
+    bool there = false;
+    if (sql_prepare(db, "SELECT 1 FROM sqlite_schema WHERE name = 'entry_lab'", &select) ==
+        STATUS_OK)
+        there = sqlite3_step(select) == SQLITE_ROW;
+    sqlite3_finalize(select);
+    return there;
+}
+
+static long long file_bytes(sqlite3 *db)
+{
+    sqlite3_stmt *select;
+    long long bytes = 0;
+    if (sql_prepare(db, "SELECT page_count * page_size FROM pragma_page_count, pragma_page_size",
+                    &select) == STATUS_OK &&
+        sqlite3_step(select) == SQLITE_ROW)
+        bytes = sqlite3_column_int64(select, 0);
+    sqlite3_finalize(select);
+    return bytes;
+}
+
+enum status table_file_info(const char *path, struct table_file_info *ret)
+{
+    struct table_file_info info = { 0 };
+    sqlite3 *db;
+    enum status s = open_checked(path, info.pages_sha256, &db);
+    if (s != STATUS_OK)
+        return s;
+    s = read_meta(db, path, &info);
+    if (s == STATUS_OK) {
+        info.rtree = has_rtree(db);
+        info.bytes = file_bytes(db);
+        *ret = info;
+    }
+    sqlite3_close(db);
+    return s;
+}
+
+/* One entry; false where it is not what the schema promises. */
+static bool read_entry(sqlite3_stmt *select, struct table *table, size_t row)
+{
+    float spectrum[SPECTRUM_MAX_BANDS];
+    size_t bands = table->recipe.bands;
+    double v[9];
+    if (sqlite3_column_int64(select, 0) != (sqlite3_int64)row + 1)
+        return false;
+    for (int i = 0; i < 9; i++) {
+        if (sqlite3_column_type(select, i + 1) != SQLITE_FLOAT)
+            return false;
+        v[i] = sqlite3_column_double(select, i + 1);
+    }
+    const unsigned char *blob = sqlite3_column_blob(select, 10);
+    if ((size_t)sqlite3_column_bytes(select, 10) != 4 * bands)
+        return false;
+    if (bands > 0)
+        table_spectrum_from_blob(blob, bands, spectrum);
+    struct table_row values = { v[0], v[1], v[2], { v[3], v[4], v[5] }, { v[6], v[7], v[8] } };
+    table_set(table, row, &values, spectrum);
+    return true;
+}
+
+static enum status read_entries(sqlite3 *db, const char *path, struct table *table)
+{
+    sqlite3_stmt *select;
+    size_t row = 0;
+    enum status s = sql_prepare(
+        db, "SELECT id, cm, bm, ch, l, a, b, r, g, b_, spectrum FROM entry ORDER BY id", &select);
+    if (s == STATUS_OK) {
+        while (row < table->n && sqlite3_step(select) == SQLITE_ROW &&
+               read_entry(select, table, row))
+            row++;
+        if (row < table->n || sqlite3_step(select) != SQLITE_DONE)
+            s = STATUS_FORMAT;
+    }
+    if (s != STATUS_OK)
+        log_error("table '%s': row %zu is missing or not as its meta rows say; build it anew with "
+                  "'skinspec table build --force'",
+                  path, row + 1);
+    sqlite3_finalize(select);
+    return s;
+}
+
+enum status table_file_read(const char *path, struct table *ret)
+{
+    struct table_file_info info = { 0 };
+    struct table table = { 0 };
+    sqlite3 *db;
+    enum status s = open_checked(path, info.pages_sha256, &db);
+    if (s != STATUS_OK)
+        return s;
+    s = read_meta(db, path, &info);
+    if (s != STATUS_OK)
+        goto done;
+    s = table_init(&info.recipe, info.rows, &table);
+    if (s != STATUS_OK) {
+        log_error("table '%s': %zu rows: %s", path, info.rows, status_text(s));
+        goto done;
+    }
+    s = read_entries(db, path, &table);
+    if (s != STATUS_OK) {
+        table_done(&table);
+        goto done;
+    }
+    table_file_name(path, table.name);
+    memcpy(table.sha256, info.content_sha256, sizeof table.sha256);
+    *ret = table;
+done:
+    sqlite3_close(db);
+    return s;
+}

@@ -1,0 +1,166 @@
+/* table_hash.c - canonical bytes of rows, and hashing a file around its own hash. */
+#define _GNU_SOURCE /* memmem */
+#include "db/table_hash.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static void little_endian(uint64_t bits, size_t bytes, unsigned char *out)
+{
+    for (size_t i = 0; i < bytes; i++)
+        out[i] = (unsigned char)(bits >> (8 * i));
+}
+
+static void hex_of(struct sha256_ctx *sha256, char hex[TABLE_SHA256_SIZE])
+{
+    uint8_t digest[SHA256_DIGEST_SIZE];
+    sha256_digest(sha256, sizeof digest, digest);
+    for (size_t i = 0; i < sizeof digest; i++)
+        snprintf(hex + 2 * i, 3, "%02x", (unsigned)digest[i]);
+}
+
+static void add_text(struct sha256_ctx *sha256, const char *text)
+{
+    sha256_update(sha256, strlen(text), (const uint8_t *)text);
+}
+
+void table_content_begin(struct table_content_hash *hash, const struct table_meta *meta)
+{
+    sha256_init(&hash->sha256);
+    for (size_t i = 0; i < TABLE_META_COUNT; i++) {
+        add_text(&hash->sha256, meta->key[i]);
+        add_text(&hash->sha256, "=");
+        add_text(&hash->sha256, meta->value[i]);
+        add_text(&hash->sha256, "\n");
+    }
+    add_text(&hash->sha256, "\n");
+}
+
+void table_content_row(struct table_content_hash *hash, const struct table *table, size_t i,
+                       size_t id)
+{
+    unsigned char bytes[8 + 9 * 8 + 4 * SPECTRUM_MAX_BANDS];
+    const double column[9] = { table->Cm[i],  table->Bm[i],    table->Ch[i],
+                               table->L[i],   table->a[i],     table->b[i],
+                               table->red[i], table->green[i], table->blue[i] };
+    size_t bands = table->recipe.bands;
+    little_endian(id, 8, bytes);
+    for (size_t c = 0; c < 9; c++) {
+        uint64_t bits;
+        memcpy(&bits, &column[c], sizeof bits);
+        little_endian(bits, 8, bytes + 8 + 8 * c);
+    }
+    if (bands > 0)
+        table_spectrum_to_blob(table_spectrum(table, i), bands, bytes + 80);
+    sha256_update(&hash->sha256, 80 + 4 * bands, bytes);
+}
+
+void table_content_end(struct table_content_hash *hash, char hex[TABLE_SHA256_SIZE])
+{
+    hex_of(&hash->sha256, hex);
+}
+
+void table_spectrum_to_blob(const float *spectrum, size_t bands, unsigned char *blob)
+{
+    for (size_t i = 0; i < bands; i++) {
+        uint32_t bits;
+        memcpy(&bits, &spectrum[i], sizeof bits);
+        little_endian(bits, 4, blob + 4 * i);
+    }
+}
+
+void table_spectrum_from_blob(const unsigned char *blob, size_t bands, float *spectrum)
+{
+    for (size_t i = 0; i < bands; i++) {
+        const unsigned char *b = blob + 4 * i;
+        uint32_t bits =
+            (uint32_t)b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
+        memcpy(&spectrum[i], &bits, sizeof bits);
+    }
+}
+
+static bool is_hex_digit(unsigned char c)
+{
+    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
+}
+
+/* Where the digits of the pages hash stand: SQLite keeps key and value of a meta
+ * row side by side. */
+static const unsigned char *find_digits(const unsigned char *file, size_t size)
+{
+    static const char key[] = TABLE_PAGES_KEY;
+    const size_t key_size = sizeof key - 1, digits = TABLE_SHA256_SIZE - 1;
+    const unsigned char *from = file, *end = file + size;
+    while (from < end) {
+        const unsigned char *found = memmem(from, (size_t)(end - from), key, key_size);
+        if (found == NULL || (size_t)(end - found) < key_size + digits)
+            return NULL;
+        const unsigned char *value = found + key_size;
+        size_t n = 0;
+        while (n < digits && is_hex_digit(value[n]))
+            n++;
+        if (n == digits)
+            return value;
+        from = value;
+    }
+    return NULL;
+}
+
+static void hash_around(const unsigned char *file, size_t size, const unsigned char *digits,
+                        char hex[TABLE_SHA256_SIZE])
+{
+    struct sha256_ctx sha256;
+    const unsigned char *after = digits + TABLE_SHA256_SIZE - 1;
+    sha256_init(&sha256);
+    sha256_update(&sha256, (size_t)(digits - file), file);
+    add_text(&sha256, TABLE_PAGES_UNSET);
+    sha256_update(&sha256, size - (size_t)(after - file), after);
+    hex_of(&sha256, hex);
+}
+
+/* Hash of an open file, what it says itself, and where. */
+static enum status pages_hash(int fd, char computed[TABLE_SHA256_SIZE],
+                              char written[TABLE_SHA256_SIZE], off_t *place)
+{
+    struct stat st;
+    if (fstat(fd, &st) != 0)
+        return STATUS_IO;
+    if (st.st_size <= 0)
+        return STATUS_FORMAT;
+    size_t size = (size_t)st.st_size;
+    unsigned char *file = mmap(NULL, size, PROT_READ, MAP_PRIVATE, fd, 0);
+    if (file == MAP_FAILED)
+        return STATUS_IO;
+    const unsigned char *digits = find_digits(file, size);
+    if (digits != NULL) {
+        hash_around(file, size, digits, computed);
+        memcpy(written, digits, TABLE_SHA256_SIZE - 1);
+        written[TABLE_SHA256_SIZE - 1] = '\0';
+        *place = digits - file;
+    }
+    munmap(file, size);
+    return digits != NULL ? STATUS_OK : STATUS_FORMAT;
+}
+
+enum status table_pages_hash(int fd, char computed[TABLE_SHA256_SIZE],
+                             char written[TABLE_SHA256_SIZE])
+{
+    off_t place;
+    return pages_hash(fd, computed, written, &place);
+}
+
+enum status table_pages_seal(int fd)
+{
+    char computed[TABLE_SHA256_SIZE], written[TABLE_SHA256_SIZE];
+    off_t place;
+    enum status s = pages_hash(fd, computed, written, &place);
+    if (s != STATUS_OK)
+        return s;
+    ssize_t n = pwrite(fd, computed, TABLE_SHA256_SIZE - 1, place);
+    return n == TABLE_SHA256_SIZE - 1 ? STATUS_OK : STATUS_IO;
+}
