@@ -1,0 +1,173 @@
+/* cmd_convert.c - spectra -> XYZ, Lab, LCh, sRGB, ITA. */
+#include <stdlib.h>
+
+#include "cli/colour_row.h"
+#include "cli/command.h"
+#include "cli/options.h"
+#include "cli/out.h"
+#include "cli/row_out.h"
+#include "cli/spectra.h"
+#include "colour/lab.h"
+
+static const struct argp_option options[] = {
+    { "illuminant", OPTION_ILLUMINANT, "NAME", 0, "A C D50 D55 D65 D75 E FL2 FL7 FL11 LED-B3 (D65)",
+      0 },
+    { "observer", OPTION_OBSERVER, "DEG", 0, "2 or 10 degrees (10)", 0 },
+    { "strict", OPTION_STRICT, NULL, 0, "Stop at the first bad row", 0 },
+    OPTION_ROWS_JSON,
+    { 0 },
+};
+
+struct arguments {
+    const char *path;
+    enum illuminant illuminant;
+    enum observer observer;
+    enum out_format format;
+    bool strict;
+};
+
+static error_t parse(int key, char *text, struct argp_state *state)
+{
+    struct arguments *a = state->input;
+    switch (key) {
+    case OPTION_ILLUMINANT:
+        a->illuminant = option_illuminant(state, text);
+        break;
+    case OPTION_OBSERVER:
+        a->observer = option_observer(state, text);
+        break;
+    case OPTION_STRICT:
+        a->strict = true;
+        break;
+    case OPTION_JSON:
+        a->format = OUT_JSON;
+        break;
+    case OPTION_NDJSON:
+        a->format = OUT_NDJSON;
+        break;
+    case ARGP_KEY_ARG:
+        if (a->path != NULL)
+            argp_error(state, "one FILE at a time");
+        a->path = text;
+        break;
+    case ARGP_KEY_END:
+        if (a->path == NULL)
+            argp_error(state, "which FILE? '-' reads standard input");
+        break;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+    return 0;
+}
+
+static const char *const names[] = { "X", "Y", "Z", "L",       "a",   "b",         "C",      "h",
+                                     "R", "G", "B", "clipped", "ITA", "ITA_class", "adapted" };
+enum { NAMES = sizeof names / sizeof *names };
+
+/* sRGB's white is D65 for 2 degrees; any other was adapted to it by Bradford. */
+static bool is_adapted(const struct arguments *a)
+{
+    return a->illuminant != ILLUMINANT_D65 || a->observer != OBSERVER_2DEG;
+}
+
+static void print_csv(struct out *out, const struct arguments *a, const struct colour_row *c)
+{
+    enum { DIGITS = 9 };
+    for (int i = 0; i < 3; i++)
+        out_number(out, c->XYZ[i], DIGITS);
+    for (int i = 0; i < 3; i++)
+        out_number(out, c->Lab[i], DIGITS);
+    for (int i = 1; i < 3; i++)
+        out_number(out, c->LCh[i], DIGITS);
+    for (int i = 0; i < 3; i++)
+        out_number(out, c->sRGB[i], DIGITS);
+    out_text(out, c->clipped ? "true" : "false");
+    out_number(out, c->ITA, DIGITS);
+    out_text(out, lab_ita_class(c->ITA));
+    out_text(out, is_adapted(a) ? "true" : "false");
+    out_text(out, "");
+    out_row(out);
+}
+
+static void add_json(cJSON *object, const struct arguments *a, const struct colour_row *c)
+{
+    cJSON_AddItemToObject(object, "XYZ", out_numbers(c->XYZ, 3));
+    cJSON_AddItemToObject(object, "Lab", out_numbers(c->Lab, 3));
+    cJSON_AddItemToObject(object, "LCh", out_numbers(c->LCh, 3));
+    cJSON_AddItemToObject(object, "sRGB", cJSON_CreateIntArray(c->sRGB, 3));
+    cJSON_AddBoolToObject(object, "clipped", c->clipped);
+    cJSON_AddBoolToObject(object, "adapted", is_adapted(a));
+    out_member(object, "ITA", c->ITA);
+    cJSON_AddStringToObject(object, "ITA_class", lab_ita_class(c->ITA));
+    cJSON_AddStringToObject(object, "ITA_scheme", LAB_ITA_SCHEME);
+}
+
+static void print_row(struct out *out, const struct arguments *a, const struct spectra *spectra,
+                      const struct spectra_row *row, const struct xyz_weights *weights)
+{
+    struct colour_row colour;
+    if (!row->good) {
+        row_out_bad(out, spectra, row, NAMES);
+        return;
+    }
+    colour_row_of(weights, row->spectrum.value, &colour);
+    if (out->format == OUT_PLAIN) {
+        row_out_carried(out, spectra, row);
+        print_csv(out, a, &colour);
+    } else {
+        cJSON *object = row_out_object(row);
+        add_json(object, a, &colour);
+        out_object(out, object);
+    }
+}
+
+static int convert(const struct arguments *a, struct spectra *spectra,
+                   const struct xyz_weights *weights)
+{
+    struct spectra_row row = { 0 };
+    struct out out;
+    bool all_good = true;
+    enum status s;
+    out_begin(&out, a->format);
+    row_out_header(&out, spectra, names, NAMES);
+    while ((s = spectra_next(spectra, &row)) == STATUS_OK) {
+        print_row(&out, a, spectra, &row, weights);
+        all_good = all_good && row.good;
+        if (a->strict && !row.good)
+            break;
+    }
+    spectra_row_done(&row);
+    bool written = out_end(&out) == STATUS_OK;
+    return written && all_good && s == STATUS_NOT_FOUND ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
+int cmd_convert(int argc, char **argv)
+{
+    static const struct argp argp = {
+        options,
+        parse,
+        "FILE",
+        "Colour of every spectrum in FILE ('-': standard input): XYZ (Y = 100 for white), L*a*b*, "
+        "LCh, sRGB codes and ITA, as CSV unless --json or --ndjson is given.\v"
+        "FILE is CSV: a header whose numeric columns are wavelengths in nm (by 10, 5 or 1, "
+        "400..700 at least), then one spectrum a row as fractions 0..1.  Other columns are carried "
+        "through.  sRGB is adapted to its own white by Bradford; 'adapted' says when another white "
+        "than D65 / 2 degrees was used, 'clipped' when the colour lies outside sRGB.\n\n"
+        "Example: skinspec convert docs/examples/skin.csv --illuminant D50 --observer 2",
+        NULL,
+        NULL,
+        NULL
+    };
+    struct arguments a = { NULL, ILLUMINANT_D65, OBSERVER_10DEG, OUT_PLAIN, false };
+    struct spectra *spectra;
+    static struct xyz_weights weights;
+    option_parse(&argp, "convert", argc, argv, &a);
+    if (spectra_open(a.path, &spectra) != STATUS_OK)
+        return EXIT_FAILURE;
+    int exit_status = EXIT_FAILURE;
+    if (colour_weights(spectra_path(spectra), spectra_bands(spectra), a.illuminant, a.observer,
+                       &weights) == STATUS_OK)
+        exit_status = convert(&a, spectra, &weights);
+    spectra_close(spectra);
+    return exit_status;
+}

@@ -1,0 +1,393 @@
+/* cmd_match.c - spectra -> the nearest skins of a table, a batch at a time. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/log.h"
+#include "base/parallel.h"
+#include "cli/colour_row.h"
+#include "cli/command.h"
+#include "cli/find_table.h"
+#include "cli/match_out.h"
+#include "cli/options.h"
+#include "cli/progress_bar.h"
+#include "cli/row_out.h"
+#include "cli/spectra.h"
+#include "db/table_file.h"
+
+enum {
+    OPTION_TABLE = OPTION_OWN,
+    OPTION_TABLES,
+    OPTION_BY,
+    OPTION_RGB,
+    OPTION_K,
+    OPTION_SPECULAR,
+    OPTION_SURFACE
+};
+
+static const struct argp_option options[] = {
+    { "table", OPTION_TABLE, "T", 0, "Table by path or name (two-layer)", 0 },
+    { "tables", OPTION_TABLES, "DIR", 0, "Where to look for a table given by name", 0 },
+    { "by", OPTION_BY, "HOW", 0,
+      "rgb, lab, de2000 or spectrum (spectrum where the table has them, else rgb)", 0 },
+    { "rgb", OPTION_RGB, "float", 0, "By rgb, but before rounding to 8 bits", 0 },
+    { "k", OPTION_K, "N", 0, "Also give the N nearest rows, 1..100", 0 },
+    { "specular", OPTION_SPECULAR, "sce|sci", 0,
+      "Whether the mirror reflection is excluded or included, where no column says so", 0 },
+    { "surface", OPTION_SURFACE, "S", 0,
+      "For sci: the surface reflection to take off, 0..0.1 (skin: about 0.04)", 0 },
+    { "threads", OPTION_THREADS, "N", 0, "Threads (all cores); the answers are the same", 0 },
+    { "strict", OPTION_STRICT, NULL, 0, "Stop at the first bad row", 0 },
+    OPTION_ROWS_JSON,
+    { 0 },
+};
+
+struct arguments {
+    const char *path, *table, *tables;
+    bool by_given, rgb_float, strict;
+    enum match_by by;
+    size_t k;
+    enum specular specular;
+    double surface; /* NAN: not given */
+    unsigned threads;
+    enum out_format format;
+};
+
+static enum match_by by_of(struct argp_state *state, const char *text)
+{
+    static const enum match_by ways[] = { MATCH_RGB, MATCH_LAB, MATCH_DE2000, MATCH_SPECTRUM };
+    for (size_t i = 0; i < sizeof ways / sizeof *ways; i++)
+        if (strcmp(match_by_name(ways[i]), text) == 0)
+            return ways[i];
+    argp_error(state, "--by: '%s' is none of rgb, lab, de2000, spectrum", text);
+    return MATCH_RGB;
+}
+
+static void check_arguments(struct argp_state *state, const struct arguments *a)
+{
+    if (a->path == NULL)
+        argp_error(state, "which FILE? '-' reads standard input");
+    if (a->specular == SPECULAR_SCI && isnan(a->surface))
+        argp_error(state, "--specular sci also needs --surface S, the part to take off (skin: "
+                          "about 0.04)");
+    if (a->specular == SPECULAR_SCE && !isnan(a->surface))
+        argp_error(state, "--surface is for spectra with the mirror reflection in them "
+                          "(--specular sci); these are said to be sce");
+    if (a->rgb_float && a->by_given && a->by != MATCH_RGB)
+        argp_error(state, "--rgb float goes with --by rgb");
+}
+
+static error_t parse(int key, char *text, struct argp_state *state)
+{
+    struct arguments *a = state->input;
+    switch (key) {
+    case OPTION_TABLE:
+        a->table = text;
+        break;
+    case OPTION_TABLES:
+        a->tables = text;
+        break;
+    case OPTION_BY:
+        a->by = by_of(state, text);
+        a->by_given = true;
+        break;
+    case OPTION_RGB:
+        if (strcmp(text, "float") != 0)
+            argp_error(state, "--rgb: '%s'; expected float", text);
+        a->rgb_float = true;
+        break;
+    case OPTION_K:
+        a->k = option_count(state, "k", text, 1, MATCH_OUT_MAX_K);
+        break;
+    case OPTION_SPECULAR:
+        if (specular_parse(text, &a->specular) != STATUS_OK)
+            argp_error(state, "--specular: '%s' is neither sce nor sci", text);
+        break;
+    case OPTION_SURFACE:
+        a->surface = option_number(state, "surface", text, 0.0, SPECTRUM_SURFACE_MAX);
+        break;
+    case OPTION_THREADS:
+        a->threads = (unsigned)option_count(state, "threads", text, 1, PARALLEL_MAX_THREADS);
+        break;
+    case OPTION_STRICT:
+        a->strict = true;
+        break;
+    case OPTION_JSON:
+        a->format = OUT_JSON;
+        break;
+    case OPTION_NDJSON:
+        a->format = OUT_NDJSON;
+        break;
+    case ARGP_KEY_ARG:
+        if (a->path != NULL)
+            argp_error(state, "one FILE at a time");
+        a->path = text;
+        break;
+    case ARGP_KEY_END:
+        check_arguments(state, a);
+        break;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+    return 0;
+}
+
+/* ---- a batch ------------------------------------------------------------------ */
+
+/* Rows read, answered on all cores, printed in order; then the next.  So memory
+ * does not grow with the input. */
+enum { BATCH = 256 };
+
+struct answer {
+    struct match match;
+    struct nearest_hit hits[MATCH_OUT_MAX_K];
+    enum status status;
+};
+
+struct job {
+    const struct arguments *arguments;
+    struct spectra *spectra;
+    const struct table *table;
+    struct matcher matcher;
+    struct out out;
+    struct match_columns columns;
+    struct spectra_row row[BATCH];
+    struct answer answer[BATCH];
+    bool all_good;
+    bool unstated; /* SCI without a surface: a matter of usage */
+};
+
+static const char tell_specular[] =
+    "it is not said whether the mirror reflection is in these spectra: say --specular sce, or "
+    "--specular sci --surface S (skin: about 0.04), or add a column 'specular'";
+
+/* Make the row SCE, or refuse it. */
+static void settle_specular(struct job *job, struct spectra_row *row)
+{
+    const struct arguments *a = job->arguments;
+    struct spectrum *s = &row->spectrum;
+    size_t band;
+    if (s->specular == SPECULAR_UNKNOWN)
+        s->specular = a->specular;
+    else if (a->specular != SPECULAR_UNKNOWN && a->specular != s->specular)
+        spectra_refuse(job->spectra, row, "the row says %s, the option --specular %s",
+                       specular_name(s->specular), specular_name(a->specular));
+    if (!row->good || s->specular == SPECULAR_SCE)
+        return;
+    if (s->specular == SPECULAR_UNKNOWN) {
+        spectra_refuse(job->spectra, row, "%s", tell_specular);
+        job->unstated = true;
+    } else if (isnan(a->surface)) {
+        spectra_refuse(job->spectra, row,
+                       "specular is sci: these values include the mirror reflection; say --surface "
+                       "S, the part to take off (skin: about 0.04)");
+        job->unstated = true;
+    } else if (spectrum_remove_surface(s, a->surface, &band) != STATUS_OK) {
+        spectra_refuse(job->spectra, row,
+                       "at %g nm the reflectance %g is less than the surface %g to take off",
+                       spectrum_nm(s, band), s->value[band], a->surface);
+    }
+}
+
+static enum status answer_row(size_t i, unsigned worker, void *context)
+{
+    struct job *job = context;
+    struct answer *answer = &job->answer[i];
+    size_t k = job->arguments->k > 0 ? job->arguments->k : 1;
+    (void)worker;
+    answer->status = STATUS_OK;
+    if (job->row[i].good)
+        answer->status =
+            matcher_match(&job->matcher, &job->row[i].spectrum, k, answer->hits, &answer->match);
+    return STATUS_OK; /* a row that fails is the row's affair */
+}
+
+static void print_answer(struct job *job, size_t i)
+{
+    const struct spectra_row *row = &job->row[i];
+    const struct answer *answer = &job->answer[i];
+    size_t k = job->arguments->k;
+    if (job->out.format == OUT_PLAIN) {
+        row_out_carried(&job->out, job->spectra, row);
+        match_out_csv(&job->out, job->table, &answer->match, answer->hits, k);
+        out_text(&job->out, "");
+        out_row(&job->out);
+    } else {
+        cJSON *object = row_out_object(row);
+        match_out_json(object, job->table, &answer->match, answer->hits, k);
+        out_object(&job->out, object);
+    }
+}
+
+/* Read up to BATCH rows; *n of them.  STATUS_NOT_FOUND at the end of the input. */
+static enum status read_batch(struct job *job, size_t *n)
+{
+    for (*n = 0; *n < BATCH; ++*n) {
+        struct spectra_row *row = &job->row[*n];
+        enum status s = spectra_next(job->spectra, row);
+        if (s != STATUS_OK)
+            return s;
+        if (row->good)
+            settle_specular(job, row);
+        if (job->unstated || (job->arguments->strict && !row->good)) {
+            ++*n;
+            return STATUS_CANCELLED;
+        }
+    }
+    return STATUS_OK;
+}
+
+static void print_batch(struct job *job, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        if (job->row[i].good && job->answer[i].status != STATUS_OK)
+            spectra_refuse(job->spectra, &job->row[i], "%s", status_text(job->answer[i].status));
+        job->all_good = job->all_good && job->row[i].good;
+        if (job->row[i].good)
+            print_answer(job, i);
+        else
+            row_out_bad(&job->out, job->spectra, &job->row[i], job->columns.n);
+    }
+}
+
+static int run(struct job *job)
+{
+    const struct arguments *a = job->arguments;
+    struct progress_bar bar;
+    struct progress progress = { NULL, NULL };
+    enum status s = STATUS_OK;
+    /* A bar among results on the same terminal would be in the way. */
+    bool with_bar = isatty(STDOUT_FILENO) != 1;
+    if (with_bar)
+        progress = progress_bar_begin(&bar, "match");
+    out_begin(&job->out, a->format);
+    match_columns_init(&job->columns, a->k);
+    row_out_header(&job->out, job->spectra, job->columns.name, job->columns.n);
+    while (s == STATUS_OK) {
+        size_t n, done, total;
+        s = read_batch(job, &n);
+        parallel_run(n, a->threads, answer_row, job);
+        print_batch(job, n);
+        spectra_position(job->spectra, &done, &total);
+        if (ferror(stdout) || (total > 0 && !progress_go_on(&progress, done, total)))
+            s = STATUS_CANCELLED;
+    }
+    enum status written = out_end(&job->out);
+    if (with_bar)
+        progress_bar_end(&bar);
+    if (job->unstated)
+        return EXIT_USAGE;
+    bool done = s == STATUS_NOT_FOUND && written == STATUS_OK && job->all_good;
+    return done ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
+/* ---- before the first row ------------------------------------------------------- */
+
+/* What is wrong for all rows is said once. */
+static int check_bands(const struct job *job)
+{
+    const struct spectrum *bands = spectra_bands(job->spectra);
+    const struct recipe *recipe = &job->table->recipe;
+    static struct xyz_weights weights;
+    struct spectrum ones = *bands;
+    for (size_t i = 0; i < ones.n; i++)
+        ones.value[i] = 1.0; /* measured, for the count of common bands */
+    if (job->matcher.by != MATCH_SPECTRUM)
+        return colour_weights(spectra_path(job->spectra), bands, recipe->illuminant,
+                              recipe->observer, &weights) == STATUS_OK
+                   ? EXIT_SUCCESS
+                   : EXIT_FAILURE;
+    size_t common = nearest_common_bands(job->table, &ones);
+    if (common >= NEAREST_MIN_BANDS)
+        return EXIT_SUCCESS;
+    log_error("%s: has %zu bands in common with table '%s' (%g..%g nm by %g); a comparison of "
+              "spectra needs %d",
+              spectra_path(job->spectra), common, job->table->name, recipe->first_nm,
+              recipe->first_nm + (double)(recipe->bands - 1) * recipe->step_nm, recipe->step_nm,
+              (int)NEAREST_MIN_BANDS);
+    return EXIT_FAILURE;
+}
+
+static int open_matcher(struct job *job)
+{
+    const struct arguments *a = job->arguments;
+    enum match_by by = a->by_given ? a->by : matcher_default_by(job->table);
+    if (a->rgb_float)
+        by = MATCH_RGB_FLOAT;
+    enum status s = matcher_open(job->table, by, &job->matcher);
+    if (s == STATUS_UNSUPPORTED) {
+        log_error("table '%s' (model %s) has no spectra, so --by spectrum cannot be had of it; use "
+                  "rgb, lab or de2000, or another table",
+                  job->table->name, job->table->recipe.model->name);
+        return EXIT_USAGE;
+    }
+    if (s != STATUS_OK)
+        log_error("%s", status_text(s));
+    return s == STATUS_OK ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
+static int match_file(const struct arguments *a, struct spectra *spectra, const struct table *table)
+{
+    struct job *job = calloc(1, sizeof *job);
+    if (job == NULL) {
+        log_error("%s", status_text(STATUS_NO_MEMORY));
+        return EXIT_FAILURE;
+    }
+    job->arguments = a;
+    job->spectra = spectra;
+    job->table = table;
+    job->all_good = true;
+    int exit_status = open_matcher(job);
+    if (exit_status == EXIT_SUCCESS)
+        exit_status = check_bands(job);
+    if (exit_status == EXIT_SUCCESS)
+        exit_status = run(job);
+    matcher_close(&job->matcher);
+    for (size_t i = 0; i < BATCH; i++)
+        spectra_row_done(&job->row[i]);
+    free(job);
+    return exit_status;
+}
+
+int cmd_match(int argc, char **argv)
+{
+    static const struct argp argp = {
+        options,
+        parse,
+        "FILE",
+        "The skin of a table that is nearest to each spectrum in FILE ('-': standard input): "
+        "melanin Cm, its blend Bm, blood Ch, how near it is and what to beware of, as CSV unless "
+        "--json or --ndjson is given.\v"
+        "FILE is CSV: a header whose numeric columns are wavelengths in nm, then one spectrum a "
+        "row as fractions 0..1.  A table holds SCE spectra (mirror reflection excluded), so FILE "
+        "must say what it holds, by a column 'specular' or by --specular.\n\n"
+        "Examples:\n"
+        "  skinspec match docs/examples/skin.csv --k 3\n"
+        "  skinspec match sci.csv --specular sci --surface 0.04 --by de2000 --json",
+        NULL,
+        NULL,
+        NULL
+    };
+    struct arguments a = { .table = FIND_TABLE_DEFAULT,
+                           .surface = NAN,
+                           .threads = parallel_cores() };
+    struct spectra *spectra = NULL;
+    struct table table = { 0 };
+    char path[FIND_TABLE_PATH_SIZE];
+    int exit_status = EXIT_FAILURE;
+    option_parse(&argp, "match", argc, argv, &a);
+    if (spectra_open(a.path, &spectra) != STATUS_OK)
+        return EXIT_FAILURE;
+    if (a.specular == SPECULAR_UNKNOWN && !spectra_has_specular(spectra)) {
+        log_error("%s: %s", spectra_path(spectra), tell_specular);
+        exit_status = EXIT_USAGE;
+    } else if (find_table(a.table, a.tables, path) == STATUS_OK &&
+               table_file_read(path, &table) == STATUS_OK) {
+        exit_status = match_file(&a, spectra, &table);
+    }
+    table_done(&table);
+    spectra_close(spectra);
+    return exit_status;
+}

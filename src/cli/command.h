@@ -1,0 +1,15 @@
+/* command.h - what main.c knows of a command. */
+#ifndef SKINSPEC_CLI_COMMAND_H
+#define SKINSPEC_CLI_COMMAND_H
+
+/* Each returns the exit status: 0 done, 1 failed; usage errors exit with 2. */
+int cmd_coefficients(int argc, char **argv);
+int cmd_convert(int argc, char **argv);
+int cmd_demo(int argc, char **argv);
+int cmd_dipole(int argc, char **argv);
+int cmd_match(int argc, char **argv);
+int cmd_reflectance(int argc, char **argv);
+int cmd_table(int argc, char **argv);
+int cmd_table2(int argc, char **argv);
+
+#endif

@@ -1,0 +1,75 @@
+/* main.c - `skinspec COMMAND`: the table of commands and their help. */
+#include <argp.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/log.h"
+#include "base/version.h"
+#include "cli/command.h"
+#include "cli/options.h"
+
+const char *argp_program_version = "skinspec " SKINSPEC_VERSION;
+
+static const struct command {
+    const char *name, *arguments, *summary;
+    int (*run)(int argc, char **argv);
+} commands[] = {
+    { "demo", "[FILE]", "one reading, one answer, for a person", cmd_demo },
+    { "convert", "FILE", "spectra -> XYZ, L*a*b*, LCh, sRGB, ITA", cmd_convert },
+    { "match", "FILE --table T", "spectra -> Cm, Bm, Ch", cmd_match },
+    { "table", "build|info|verify", "make, describe and check precomputed tables", cmd_table },
+    { "reflectance", "--model M --cm X --bm X --ch X", "a skin -> its spectrum", cmd_reflectance },
+    { "coefficients", "--cm X --bm X --ch X", "a skin -> absorption and scattering",
+      cmd_coefficients },
+    { "dipole", "--sigma-a X --sigma-s-prime X", "a medium -> its diffuse reflectance",
+      cmd_dipole },
+    { "table2", "", "the paper's Table 2, recomputed beside the print", cmd_table2 },
+};
+
+enum { COMMANDS = sizeof commands / sizeof *commands };
+
+static void print_help(FILE *stream)
+{
+    fputs("Usage: skinspec COMMAND [OPTION...]\n"
+          "Skin colour from a reflectance spectrum: melanin (Cm), its blend (Bm), blood (Ch).\n\n",
+          stream);
+    for (size_t i = 0; i < COMMANDS; i++)
+        fprintf(stream, "  %-12s %-31s %s\n", commands[i].name, commands[i].arguments,
+                commands[i].summary);
+    fputs("\n"
+          "  skinspec COMMAND --help   what a command takes, with examples\n"
+          "  skinspec --version\n\n"
+          "Begin with 'skinspec demo', or 'skinspec convert FILE' on spectra of your own: CSV\n"
+          "with a header as id,400,410,...,700 and reflectance 0..1 below it.  '-' reads\n"
+          "standard input.  Exit status: 0 done, 1 failed, 2 usage.\n",
+          stream);
+}
+
+static int no_such_command(const char *name)
+{
+    log_error("there is no command '%s'; 'skinspec --help' lists them", name);
+    return EXIT_USAGE;
+}
+
+int main(int argc, char **argv)
+{
+    argp_err_exit_status = EXIT_USAGE;
+    if (argc < 2) {
+        print_help(stderr);
+        return EXIT_USAGE;
+    }
+    const char *name = argv[1];
+    if (strcmp(name, "--help") == 0 || strcmp(name, "-?") == 0 || strcmp(name, "help") == 0) {
+        print_help(stdout);
+        return EXIT_SUCCESS;
+    }
+    if (strcmp(name, "--version") == 0 || strcmp(name, "-V") == 0) {
+        puts(argp_program_version);
+        return EXIT_SUCCESS;
+    }
+    for (size_t i = 0; i < COMMANDS; i++)
+        if (strcmp(commands[i].name, name) == 0)
+            return commands[i].run(argc - 1, argv + 1);
+    return no_such_command(name);
+}

@@ -1,0 +1,26 @@
+/* match_out.h - the match object, as JSON and as CSV columns. */
+#ifndef SKINSPEC_CLI_MATCH_OUT_H
+#define SKINSPEC_CLI_MATCH_OUT_H
+
+#include "cli/out.h"
+#include "cli/row_out.h"
+#include "match/match.h"
+
+/* CSV columns of an answer with the k nearest. */
+enum { MATCH_OUT_MAX_K = 100 };
+struct match_columns {
+    const char *name[14 + 5 * MATCH_OUT_MAX_K];
+    size_t n;
+    char text[MATCH_OUT_MAX_K][5][16];
+};
+void match_columns_init(struct match_columns *columns, size_t k);
+
+/* The CSV fields of those columns, without the carried ones and the error. */
+void match_out_csv(struct out *out, const struct table *table, const struct match *match,
+                   const struct nearest_hit *hits, size_t k);
+
+/* Members of the match object; `nearest` only where k > 0. */
+void match_out_json(cJSON *object, const struct table *table, const struct match *match,
+                    const struct nearest_hit *hits, size_t k);
+
+#endif

@@ -1,0 +1,121 @@
+/* options.c - texts of options into values, or a usage error that says which. */
+#include "cli/options.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "base/number.h"
+#include "db/table_schema.h"
+#include "optics/dipole.h"
+
+double option_number(struct argp_state *state, const char *option, const char *text, double low,
+                     double high)
+{
+    double x = 0.0;
+    enum status s = number_parse(text, &x);
+    if (s == STATUS_FORMAT)
+        argp_error(state, "--%s: '%s' is not a number", option, text);
+    if (s != STATUS_OK || x < low || x > high)
+        argp_error(state, "--%s: %s is outside %g..%g", option, text, low, high);
+    return x;
+}
+
+size_t option_count(struct argp_state *state, const char *option, const char *text, size_t low,
+                    size_t high)
+{
+    size_t n = 0;
+    if (number_parse_count(text, high, &n) != STATUS_OK || n < low)
+        argp_error(state, "--%s: '%s' is not a whole number %zu..%zu", option, text, low, high);
+    return n;
+}
+
+enum illuminant option_illuminant(struct argp_state *state, const char *text)
+{
+    enum illuminant illuminant = ILLUMINANT_D65;
+    if (illuminant_parse(text, &illuminant) != STATUS_OK)
+        argp_error(state, "--illuminant: '%s' is none of A C D50 D55 D65 D75 E FL2 FL7 FL11 LED-B3",
+                   text);
+    return illuminant;
+}
+
+enum observer option_observer(struct argp_state *state, const char *text)
+{
+    enum observer observer = OBSERVER_10DEG;
+    if (observer_parse(text, &observer) != STATUS_OK)
+        argp_error(state, "--observer: '%s' is neither 2 nor 10 (degrees)", text);
+    return observer;
+}
+
+struct option_bands option_bands(struct argp_state *state, const char *text)
+{
+    struct option_bands b = { 0 };
+    enum status s = table_bands_parse(text, &b.first_nm, &b.step_nm, &b.n);
+    if (s == STATUS_FORMAT)
+        argp_error(state, "--bands: '%s' is not LO:HI:STEP in nm, as 400:700:10", text);
+    if (s == STATUS_RANGE)
+        argp_error(
+            state,
+            "--bands: '%s': HI must lie above LO by a whole number of steps, at most %d bands",
+            text, SPECTRUM_MAX_BANDS);
+    double last_nm = b.first_nm + (double)(b.n - 1) * b.step_nm;
+    if (b.first_nm < CHROMOPHORES_MIN_NM || last_nm > CHROMOPHORES_MAX_NM)
+        argp_error(state, "--bands: '%s' leaves %g..%g nm, where haemoglobin is known", text,
+                   CHROMOPHORES_MIN_NM, CHROMOPHORES_MAX_NM);
+    return b;
+}
+
+static double option_eta(struct argp_state *state, const char *text)
+{
+    double A, eta = option_number(state, "eta", text, 0.0, 1e6);
+    if (dipole_A(eta, &A) != STATUS_OK)
+        argp_error(state,
+                   "--eta: at %s the internal reflection F_dr reaches 1; expected an index above "
+                   "0.260 and below 3.848",
+                   text);
+    return eta;
+}
+
+bool option_skin(int key, const char *text, struct argp_state *state, struct tissue *t,
+                 unsigned *given)
+{
+    switch (key) {
+    case OPTION_CM:
+        t->Cm = option_number(state, "cm", text, 0.0, 1.0);
+        break;
+    case OPTION_BM:
+        t->Bm = option_number(state, "bm", text, 0.0, 1.0);
+        break;
+    case OPTION_CH:
+        t->Ch = option_number(state, "ch", text, 0.0, 1.0);
+        break;
+    case OPTION_GAMMA:
+        t->gamma = option_number(state, "gamma", text, 0.0, 1.0);
+        break;
+    case OPTION_EPIDERMIS_MM:
+        t->epidermis_mm = option_number(state, "epidermis-mm", text, 0.0, TISSUE_EPIDERMIS_MM_MAX);
+        break;
+    case OPTION_ETA:
+        t->eta = option_eta(state, text);
+        break;
+    default:
+        return false;
+    }
+    *given |= 1u << (key - OPTION_CM);
+    return true;
+}
+
+void option_need_skin(struct argp_state *state, unsigned given)
+{
+    static const char *const name[] = { "cm", "bm", "ch" };
+    for (unsigned i = 0; i < 3; i++)
+        if (!(given & 1u << i))
+            argp_error(state, "--%s is missing", name[i]);
+}
+
+void option_parse(const struct argp *argp, const char *command, int argc, char **argv, void *input)
+{
+    static char name[64]; /* argp keeps the pointer */
+    snprintf(name, sizeof name, "skinspec %s", command);
+    argv[0] = name;
+    argp_parse(argp, argc, argv, 0, NULL, input);
+}

@@ -1,0 +1,92 @@
+/* out.c - cJSON objects and CSV fields to standard output. */
+#include "cli/out.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/log.h"
+#include "base/number.h"
+
+void out_begin(struct out *out, enum out_format format)
+{
+    *out = (struct out){ .format = format };
+    if (format == OUT_JSON)
+        fputs("[", stdout);
+}
+
+static void out_of_memory(void)
+{
+    log_error("%s", status_text(STATUS_NO_MEMORY));
+    exit(EXIT_FAILURE);
+}
+
+void out_object(struct out *out, cJSON *object)
+{
+    char *text = object != NULL ? cJSON_PrintUnformatted(object) : NULL;
+    if (text == NULL)
+        out_of_memory();
+    if (out->format == OUT_JSON)
+        fputs(out->objects > 0 ? ",\n" : "\n", stdout);
+    fputs(text, stdout);
+    if (out->format == OUT_NDJSON)
+        fputs("\n", stdout);
+    out->objects++;
+    cJSON_free(text);
+    cJSON_Delete(object);
+}
+
+void out_text(struct out *out, const char *text)
+{
+    if (out->fields++ > 0)
+        putchar(',');
+    if (strpbrk(text, ",\"\r\n") == NULL && *text != '#') {
+        fputs(text, stdout);
+        return;
+    }
+    putchar('"');
+    for (; *text != '\0'; text++) {
+        if (*text == '"')
+            putchar('"');
+        putchar(*text);
+    }
+    putchar('"');
+}
+
+void out_number(struct out *out, double x, int digits)
+{
+    char text[NUMBER_TEXT_SIZE];
+    out_text(out, isnan(x) ? "" : number_format(x, digits, text));
+}
+
+void out_row(struct out *out)
+{
+    putchar('\n');
+    out->fields = 0;
+}
+
+enum status out_end(struct out *out)
+{
+    if (out->format == OUT_JSON)
+        fputs(out->objects > 0 ? "\n]\n" : "]\n", stdout);
+    if (fflush(stdout) == 0 && !ferror(stdout))
+        return STATUS_OK;
+    log_error("cannot write the results: %s", strerror(errno));
+    return STATUS_IO;
+}
+
+cJSON *out_numbers(const double *x, size_t n)
+{
+    cJSON *array = cJSON_CreateDoubleArray(x, (int)n);
+    if (array == NULL)
+        out_of_memory();
+    return array;
+}
+
+void out_member(cJSON *object, const char *name, double x)
+{
+    if (!isnan(x) && cJSON_AddNumberToObject(object, name, x) == NULL)
+        out_of_memory();
+}

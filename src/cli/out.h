@@ -1,0 +1,42 @@
+/* out.h - results on standard output: JSON, one object a line, or CSV.
+ * Numbers do not depend on the locale; a failed write is noticed at the end. */
+#ifndef SKINSPEC_CLI_OUT_H
+#define SKINSPEC_CLI_OUT_H
+
+#include <cjson/cJSON.h>
+#include <stddef.h>
+
+#include "base/spectrum.h"
+#include "base/status.h"
+
+enum out_format {
+    OUT_PLAIN,  /* CSV, or what a person reads */
+    OUT_JSON,   /* one array */
+    OUT_NDJSON, /* one object a line */
+};
+
+struct out {
+    enum out_format format;
+    size_t objects;
+    size_t fields; /* in the CSV row begun */
+};
+
+void out_begin(struct out *out, enum out_format format);
+
+/* Print an object and delete it.  NULL (no memory for it) ends the program. */
+void out_object(struct out *out, cJSON *object);
+
+/* One CSV field; out_row() ends the row.  Numbers as the fewest digits that tell
+ * `digits` significant ones; NAN as nothing. */
+void out_text(struct out *out, const char *text);
+void out_number(struct out *out, double x, int digits);
+void out_row(struct out *out);
+
+/* Close the array, flush, and say so where not all could be written: STATUS_IO. */
+enum status out_end(struct out *out);
+
+/* Array of n numbers; a member left out where it is NAN. */
+cJSON *out_numbers(const double *x, size_t n);
+void out_member(cJSON *object, const char *name, double x);
+
+#endif
