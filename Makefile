@@ -1,0 +1,147 @@
+# skinspec - `make help` lists what there is to make.
+
+BUILD   ?= build
+PREFIX  ?= /usr/local
+DESTDIR ?=
+CC      ?= cc
+VERSION := $(shell sed -n 's/.*SKINSPEC_VERSION "\(.*\)"/\1/p' src/base/version.h)
+
+# Contraction off: a fused multiply-add would make results differ between machines.
+CFLAGS   ?= -O2 -g
+WARNINGS := -Wall -Wextra -Wpedantic -Wconversion -Wshadow
+ALL_CFLAGS = -std=c11 -D_POSIX_C_SOURCE=200809L -Isrc -I. -fPIC -pthread -ffp-contract=off \
+             -ftree-vectorize $(WARNINGS) $(CFLAGS) $(EXTRA)
+PACKAGES := sqlite3 nettle libcjson
+# Asked when a recipe runs, not when the Makefile is read: they may be installed by then.
+PKG_CFLAGS = $(shell pkg-config --cflags $(PACKAGES))
+PKG_LIBS   = $(shell pkg-config --libs $(PACKAGES))
+
+core_c  := $(wildcard src/base/*.c src/optics/*.c src/colour/*.c src/match/*.c)
+db_c    := $(wildcard db/*.c)
+cli_c   := $(wildcard src/cli/*.c)
+tests_c := $(wildcard tests/*/test_*.c)
+support_c := $(wildcard tests/support/*.c)
+all_h   := $(wildcard src/*.h src/*/*.h db/*.h tests/*/*.h)
+public_h := $(shell sed -n 's/^.include "\(.*\)".*/\1/p' src/skinspec.h)
+objects  = $(patsubst %.c,$(BUILD)/obj/%.o,$(1))
+core_o  := $(call objects,$(core_c))
+db_o    := $(call objects,$(db_c))
+cli_o   := $(call objects,$(cli_c))
+tests   := $(patsubst tests/%.c,$(BUILD)/tests/%,$(tests_c))
+
+lib_a   := $(BUILD)/libskinspec.a
+lib_so  := $(BUILD)/libskinspec.so.0
+program := $(BUILD)/skinspec
+tables  := $(BUILD)/tables/table-two-layer.db $(BUILD)/tables/table-paper.db
+
+.PHONY: help all demo test asan cover lint format install clean need-build need-test need-lint
+.DELETE_ON_ERROR:
+
+help: ## this list
+	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
+
+all: $(program) $(lib_a) $(lib_so) ## the program and the library
+
+demo: $(program) $(tables) ## match the example spectra and show the answers
+	@$(program) demo --tables $(BUILD)/tables docs/examples/skin.csv
+
+test: need-test all $(tests) $(tables) ## all tests
+	@BUILD=$(BUILD) tools/run-tests $(tests)
+
+asan: ## all tests under AddressSanitizer and UndefinedBehaviorSanitizer
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan CFLAGS='-O1 -g -fno-omit-frame-pointer' \
+	    EXTRA='-fsanitize=address,undefined -fno-sanitize-recover=all' test
+
+cover: need-cover ## coverage of optics, colour, match and db: 95 % of lines, 90 % of branches
+	@rm -rf $(BUILD)/cover/obj
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/cover CFLAGS='-O0 -g' EXTRA='--coverage' test
+	@cd $(BUILD)/cover && gcovr --root $(CURDIR) --object-directory obj --exclude-throw-branches \
+	    --filter '$(CURDIR)/src/(optics|colour|match)/' --filter '$(CURDIR)/db/' --sort-percentage \
+	    --txt - --fail-under-line 95
+	@cd $(BUILD)/cover && gcovr --root $(CURDIR) --object-directory obj --exclude-throw-branches \
+	    --filter '$(CURDIR)/src/(optics|colour|match)/' --filter '$(CURDIR)/db/' --branches \
+	    --txt - --fail-under-branch 90
+
+lint: need-lint ## layout, static analysis, and warnings of gcc and clang as errors
+	@tools/lint
+
+format: need-lint ## lay out the sources by clang-format
+	@clang-format -i $(core_c) $(db_c) $(cli_c) $(tests_c) $(support_c) $(all_h) docs/examples/*.c
+
+install: all ## program, library, headers and examples below DESTDIR/PREFIX
+	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig \
+	    $(DESTDIR)$(PREFIX)/share/skinspec/examples $(DESTDIR)$(PREFIX)/include/skinspec
+	install $(program) $(DESTDIR)$(PREFIX)/bin
+	install -m 644 $(lib_a) $(DESTDIR)$(PREFIX)/lib
+	install $(lib_so) $(DESTDIR)$(PREFIX)/lib
+	ln -sf libskinspec.so.0 $(DESTDIR)$(PREFIX)/lib/libskinspec.so
+	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@VERSION@|$(VERSION)|' src/skinspec.pc.in \
+	    > $(DESTDIR)$(PREFIX)/lib/pkgconfig/skinspec.pc
+	install -m 644 docs/examples/* $(DESTDIR)$(PREFIX)/share/skinspec/examples
+	for header in skinspec.h $(public_h); do \
+	    install -D -m 644 src/$$header $(DESTDIR)$(PREFIX)/include/skinspec/$$header || exit 1; \
+	done
+
+clean: ## remove what was built
+	rm -rf $(BUILD)
+
+# ---- what has to be there ------------------------------------------------------------
+
+need-build:
+	@tools/need cmd:cc=gcc cmd:pkg-config=pkg-config file:/usr/include/argp.h=libc6-dev \
+	    lib:sqlite3=libsqlite3-dev lib:nettle=nettle-dev lib:libcjson=libcjson-dev
+
+need-test: need-build $(BUILD)/unity/unity.c
+	@tools/need cmd:python3=python3
+
+need-cover: need-test
+	@tools/need cmd:gcovr=gcovr
+
+need-lint: need-build $(BUILD)/unity/unity.c
+	@tools/need cmd:clang=clang cmd:clang-format=clang-format cmd:clang-tidy=clang-tidy \
+	    cmd:cppcheck=cppcheck
+
+$(BUILD)/unity/unity.c:
+	@tools/fetch-unity $(BUILD)/unity
+
+# ---- how things are made ------------------------------------------------------------
+
+$(BUILD)/obj/%.o: %.c | need-build
+	@mkdir -p $(@D)
+	@echo "  CC $<"
+	@$(CC) $(ALL_CFLAGS) $(PKG_CFLAGS) -MMD -MP -c $< -o $@
+
+$(BUILD)/obj/src/cli/cmd_demo.o: EXTRA += -DSKINSPEC_EXAMPLES='"$(PREFIX)/share/skinspec/examples"'
+
+# Somebody else's sources: our warnings do not apply.
+$(BUILD)/obj/unity.o: $(BUILD)/unity/unity.c | need-build
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) -w -DUNITY_INCLUDE_DOUBLE -c $< -o $@
+
+$(BUILD)/obj/tests/%.o: EXTRA += -isystem $(BUILD)/unity -DUNITY_INCLUDE_DOUBLE
+$(patsubst %.c,$(BUILD)/obj/%.o,$(tests_c)): | $(BUILD)/unity/unity.c
+
+$(lib_a): $(core_o)
+	@rm -f $@
+	@ar rcs $@ $^
+
+$(lib_so): $(core_o) src/libskinspec.map
+	@$(CC) $(ALL_CFLAGS) -shared -Wl,-soname,libskinspec.so.0 \
+	    -Wl,--version-script=src/libskinspec.map $(core_o) -o $@ -lm
+	@ln -sf $(@F) $(BUILD)/libskinspec.so
+
+$(program): $(cli_o) $(db_o) $(lib_a)
+	@echo "  LD $@"
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
+
+# A test may use everything but the main program.
+$(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(call objects,$(support_c)) $(BUILD)/obj/unity.o \
+        $(filter-out $(BUILD)/obj/src/cli/main.o,$(cli_o)) $(db_o) $(lib_a)
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
+
+$(BUILD)/tables/table-%.db: | $(program)
+	@mkdir -p $(@D)
+	@$(program) table build --model $* --out $@
+
+-include $(patsubst %.o,%.d,$(core_o) $(db_o) $(cli_o) $(call objects,$(tests_c) $(support_c)))

@@ -1,0 +1,40 @@
+/* skinspec.h - libskinspec: optics, colour and matching of human skin.
+ *
+ * The library does no input or output and keeps no state; the contract of each
+ * part stands in its own header.  Link with `pkg-config --libs skinspec`. */
+#ifndef SKINSPEC_H
+#define SKINSPEC_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#include "base/spectrum.h" /* a spectrum: bands, values, SCE or SCI */
+#include "base/status.h"   /* what functions return */
+#include "base/version.h"
+
+#include "optics/chromophores.h" /* melanin, haemoglobin, scattering by wavelength */
+#include "optics/dipole.h"       /* Eqs. 7-9 */
+#include "optics/half_space.h"
+#include "optics/model.h" /* all models behind one interface */
+#include "optics/paper.h" /* the paper's RGB computation */
+#include "optics/tissue.h"
+#include "optics/two_layer.h"
+
+#include "colour/cie_tables.h" /* observers and illuminants */
+#include "colour/delta_e.h"
+#include "colour/lab.h"
+#include "colour/srgb.h"
+#include "colour/xyz.h"
+
+#include "match/grid.h" /* which skins a table holds */
+#include "match/match.h"
+#include "match/nearest.h"
+#include "match/recipe.h"
+#include "match/table.h"
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
