@@ -6,7 +6,7 @@ it: a level common to all bands, as when the probe presses harder, and a little
 white noise band by band.  Single placements on one forearm differ by about 2 %
 in level; 1 % is what remains in the mean of three.
 
-    example_spectra.py [--figures FOLDER] [--seed N] [--out FILE]
+    example_spectra.py [--seed N] [--out FILE]
 """
 
 import argparse
@@ -54,12 +54,10 @@ def write(out, seed, haemoglobin):
 
 def main():
     parser = argparse.ArgumentParser(description="write docs/examples/skin.csv")
-    parser.add_argument("--figures", default=transport.FIGURES,
-                        help="folder with hemoglobin.csv (default %(default)s)")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", help="file to write (default: standard output)")
     options = parser.parse_args()
-    haemoglobin = transport.read_haemoglobin(options.figures)
+    haemoglobin = transport.read_haemoglobin()
     if options.out is None:
         write(sys.stdout, options.seed, haemoglobin)
     else:

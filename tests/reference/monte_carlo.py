@@ -10,7 +10,7 @@ only the albedo depends on the depth.  Absorption lowers a photon's weight; at
 the surface the part 1 - r leaves and is scored, the part r goes on; photons of
 small weight are ended by Russian roulette, which keeps the mean.
 
-    monte_carlo.py [--photons N] [--seed N] [--figures FOLDER]
+    monte_carlo.py [--photons N] [--seed N]
 """
 
 import argparse
@@ -84,10 +84,8 @@ def main():
     parser = argparse.ArgumentParser(description="Monte Carlo against adding-doubling")
     parser.add_argument("--photons", type=int, default=400000)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--figures", default=transport.FIGURES,
-                        help="folder with hemoglobin.csv (default %(default)s)")
     options = parser.parse_args()
-    haemoglobin = transport.read_haemoglobin(options.figures)
+    haemoglobin = transport.read_haemoglobin()
     q, rng = transport.quadrature(), np.random.default_rng(options.seed)
     z = [compare(c, options.photons, rng, haemoglobin, q) for c in CASES]
     print("worst: %.1f standard errors" % np.max(np.abs(z)))

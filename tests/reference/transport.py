@@ -29,6 +29,7 @@ import argparse
 import csv
 import itertools
 import os
+import re
 import sys
 from collections import namedtuple
 
@@ -209,10 +210,15 @@ def reflectance_two_layers(epidermis, d_mm, dermis, q):
 
 # --- Tissue, Eqs. 1-6 --------------------------------------------------------
 
-def read_haemoglobin(folder):
-    """Columns wavelength nm, oxy, deoxy: molar extinction in cm^-1/M."""
-    with open(os.path.join(folder, "hemoglobin.csv")) as f:
-        return np.array(list(csv.reader(f))[1:], float).T
+def read_haemoglobin():
+    """Columns wavelength nm, oxy, deoxy: molar extinction in cm^-1/M.
+
+    The project's transcription of Prahl's table: data, shared on purpose, where
+    everything that is done with them is written again."""
+    row = re.compile(r"\{ (\S+), (\S+) \}, /\* (\S+) nm")
+    with open(os.path.join(os.path.dirname(__file__), "../../src/optics/haemoglobin_table.c")) as f:
+        found = [row.search(line) for line in f]
+    return np.array([[m[3], m[1], m[2]] for m in found if m], float).T
 
 
 def haemoglobin_sigma_a(nm, table):
@@ -377,8 +383,6 @@ def show_convergence(table):
 
 def main():
     parser = argparse.ArgumentParser(description="adding-doubling reference for skin")
-    parser.add_argument("--figures", default=FIGURES,
-                        help="folder with hemoglobin.csv (default %(default)s)")
     task = parser.add_mutually_exclusive_group(required=True)
     task.add_argument("--check", nargs="?", const=FIGURES, metavar="FOLDER",
                       help="compare with published figures (default %(const)s)")
@@ -388,7 +392,7 @@ def main():
     options = parser.parse_args()
     if options.check:
         return check(options.check)
-    table = read_haemoglobin(options.figures)
+    table = read_haemoglobin()
     if options.convergence:
         show_convergence(table)
     else:

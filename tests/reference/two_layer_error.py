@@ -6,7 +6,7 @@ continuous at z = d; R = (1-Rs) phi(0) / (2A).  The surface constant A is that
 of Jensen et al., A Practical Model for Subsurface Light Transport (2001), with
 the sign and powers of the diffuse Fresnel reflectance as fitted for n >= 1.
 
-    two_layer_error.py [--figures FOLDER] [TABLE]
+    two_layer_error.py [TABLE]
 """
 
 import argparse
@@ -113,10 +113,8 @@ def main():
     here = os.path.dirname(os.path.abspath(__file__))
     parser = argparse.ArgumentParser(description="error of the two-layer closed form")
     parser.add_argument("table", nargs="?", default=os.path.join(here, "transport_64.csv"))
-    parser.add_argument("--figures", default=transport.FIGURES,
-                        help="folder with hemoglobin.csv (default %(default)s)")
     options = parser.parse_args()
-    haemoglobin = transport.read_haemoglobin(options.figures)
+    haemoglobin = transport.read_haemoglobin()
     compare_twelve(haemoglobin)
     compare_table(options.table, haemoglobin)
 
