@@ -14,9 +14,9 @@ double dipole_F_dr(double eta)
 
 enum status dipole_A(double eta, double *ret)
 {
-    double F_dr = dipole_F_dr(eta);
-    if (!(eta > 0.0 && F_dr < 1.0)) /* NaN and infinity fail here too */
+    if (!(eta > DIPOLE_ETA_ABOVE && eta < DIPOLE_ETA_BELOW)) /* NaN fails here too */
         return STATUS_RANGE;
+    double F_dr = dipole_F_dr(eta);
     *ret = (1.0 + F_dr) / (1.0 - F_dr);
     return STATUS_OK;
 }

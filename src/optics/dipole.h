@@ -5,8 +5,9 @@
  *   here             [J01]  tissue optics   unit     accepted
  *   sigma_a          σa     mu_a            mm^-1    0 .. 1e100
  *   sigma_s_prime    σ's    mu_s'           mm^-1    1e-100 .. 1e100
- *   eta              η      n_rel           -        F_dr < 1: above 0.260, below 3.848
+ *   eta              η      n_rel           -        above 0.260, below 3.848
  *   r_mm             r      rho             mm       0 .. 1e100
+ * The limits of eta are where F_dr reaches 1 (0.25995 and 3.84810), rounded inwards.
  * Trust: diffusion wants sigma_s_prime > 10 sigma_a.  Below that it still
  * computes; compare with a transport model or with data before using it. */
 #ifndef SKINSPEC_OPTICS_DIPOLE_H
@@ -19,6 +20,8 @@
 
 #define DIPOLE_COEFFICIENT_MAX 1e100
 #define DIPOLE_COEFFICIENT_MIN 1e-100
+#define DIPOLE_ETA_ABOVE 0.260
+#define DIPOLE_ETA_BELOW 3.848
 
 struct dipole {
     double alpha_prime; /* reduced albedo σ's/σ't, 0 .. 1 */
@@ -32,7 +35,8 @@ struct dipole {
  * eta >= 1, Egan and Hilgeman's for eta < 1.  Not limited to F_dr < 1. */
 double dipole_F_dr(double eta);
 
-/* A = (1+F_dr)/(1-F_dr).  STATUS_RANGE where F_dr >= 1: A would be negative. */
+/* A = (1+F_dr)/(1-F_dr).  STATUS_RANGE outside the limits of eta: beyond them A
+ * would be negative. */
 enum status dipole_A(double eta, double *ret);
 
 /* Specular reflectance at normal incidence, ((eta-1)/(eta+1))^2. */
