@@ -20,7 +20,9 @@ struct grid grid_default(void)
 static enum status axis_check(const struct axis *axis)
 {
     bool good = axis->n >= 1 && axis->n <= GRID_AXIS_MAX && axis->lo <= axis->hi &&
-                (axis->n == 1) == (axis->lo == axis->hi) && (!axis->log || axis->lo > 0.0);
+                (axis->n == 1) == (axis->lo == axis->hi);
+    if (good && axis->log) /* values in between go by the ratio of the ends */
+        good = axis->lo > 0.0 && isfinite(axis->hi / axis->lo);
     return good ? STATUS_OK : STATUS_RANGE;
 }
 
@@ -76,10 +78,12 @@ const char *axis_format(const struct axis *axis, char text[AXIS_TEXT_SIZE])
 
 double axis_value(const struct axis *axis, size_t i)
 {
+    /* + 0.0 takes the sign off a zero: a database would not keep it, and hashes
+     * are over bits. */
     if (i == 0)
-        return axis->lo;
+        return axis->lo + 0.0;
     if (i == axis->n - 1)
-        return axis->hi;
+        return axis->hi + 0.0;
     double f = (double)i / (double)(axis->n - 1);
     if (axis->log)
         return axis->lo * pow(axis->hi / axis->lo, f);
@@ -95,7 +99,7 @@ enum status grid_check(const struct grid *grid)
 {
     bool good = within(&grid->Cm, 0.0, TISSUE_CM_MAX) && within(&grid->Bm, 0.0, 1.0) &&
                 within(&grid->Ch, TISSUE_CH_MIN, TISSUE_CH_MAX) &&
-                grid->Cm.n * grid->Bm.n * grid->Ch.n <= GRID_ROWS_MAX; /* at most 1e12 */
+                grid_rows(grid) <= GRID_ROWS_MAX; /* at most 1e12, so nothing overflows */
     return good ? STATUS_OK : STATUS_RANGE;
 }
 

@@ -28,14 +28,15 @@ struct grid grid_default(void);
 
 /* "LO:HI:N", "log:LO:HI:N", or one value "X".  STATUS_FORMAT for other text;
  * STATUS_RANGE where the axis is empty, reversed, has one value for two ends,
- * more than one for one, too many, or a logarithm of 0. */
+ * more than one for one, too many, or a logarithm of 0 (or so near to it that the
+ * ratio of the ends is no double). */
 enum status axis_parse(const char *text, struct axis *ret);
 
 /* What axis_parse() reads back as the same axis. */
 enum { AXIS_TEXT_SIZE = 96 };
 const char *axis_format(const struct axis *axis, char text[AXIS_TEXT_SIZE]);
 
-/* Value i, 0 <= i < n; the ends are exact. */
+/* Value i, 0 <= i < n; the ends are exact, and a zero is +0. */
 double axis_value(const struct axis *axis, size_t i);
 
 /* STATUS_RANGE where an axis leaves the paper's ranges (optics/tissue.h) or

@@ -28,7 +28,7 @@ const char *match_by_name(enum match_by by)
 }
 
 /* The list of the k best so far, in the caller's hits[].  Sorted by distance,
- * then by row.  Distances are kept squared where the scan works with squares. */
+ * then by row. */
 struct best {
     struct nearest_hit *hits;
     size_t k, n;
@@ -38,6 +38,15 @@ struct best {
 static double best_limit(const struct best *best)
 {
     return best->n < best->k ? INFINITY : best->hits[best->n - 1].distance;
+}
+
+/* The same for the squares that scans work with, wider by more than root and product
+ * round.  The list itself holds roots: squares that differ in their last bits may
+ * have the same one, and then the lower row comes first. */
+static double best_limit_square(const struct best *best)
+{
+    double distance = best_limit(best);
+    return distance * distance * (1.0 + 1e-15);
 }
 
 static bool comes_before(double distance, size_t row, const struct nearest_hit *hit)
@@ -53,12 +62,6 @@ static void best_offer(struct best *best, size_t row, double distance)
     for (; place > 0 && comes_before(distance, row, &best->hits[place - 1]); place--)
         best->hits[place] = best->hits[place - 1];
     best->hits[place] = (struct nearest_hit){ row, distance };
-}
-
-static void best_take_roots(struct best *best)
-{
-    for (size_t i = 0; i < best->n; i++)
-        best->hits[i].distance = sqrt(best->hits[i].distance);
 }
 
 /* Coded sRGB on the 0..255 scale: integers for the paper's way, else unrounded. */
@@ -156,10 +159,9 @@ static void scan_rgb(const struct nearest *nearest, const struct nearest_query *
         const double *row = nearest->code + 3 * i;
         double dr = row[0] - code[0], dg = row[1] - code[1], db = row[2] - code[2];
         double square = dr * dr + dg * dg + db * db;
-        if (square <= best_limit(best))
-            best_offer(best, i, square);
+        if (square <= best_limit_square(best))
+            best_offer(best, i, sqrt(square));
     }
-    best_take_roots(best);
 }
 
 static void scan_lab(const struct nearest *nearest, const struct nearest_query *query,
@@ -170,10 +172,9 @@ static void scan_lab(const struct nearest *nearest, const struct nearest_query *
         double dL = t->L[i] - query->Lab[0], da = t->a[i] - query->Lab[1],
                db = t->b[i] - query->Lab[2];
         double square = dL * dL + da * da + db * db;
-        if (square <= best_limit(best))
-            best_offer(best, i, square);
+        if (square <= best_limit_square(best))
+            best_offer(best, i, sqrt(square));
     }
-    best_take_roots(best);
 }
 
 /* First place in the order of L* whose row is not darker than L. */
@@ -273,14 +274,13 @@ static void scan_spectrum(const struct nearest *nearest, const struct overlap *o
                           struct best *best)
 {
     const struct table *t = nearest->table;
+    const double bands = (double)overlap->n;
     for (size_t i = 0; i < t->n; i++) {
-        double limit = best_limit(best);
+        double limit = bands * best_limit_square(best);
         double sum = sum_of_squares(table_spectrum(t, i), overlap, limit);
         if (sum <= limit)
-            best_offer(best, i, sum);
+            best_offer(best, i, sqrt(sum / bands));
     }
-    for (size_t i = 0; i < best->n; i++)
-        best->hits[i].distance = sqrt(best->hits[i].distance / (double)overlap->n);
 }
 
 enum status nearest_find(const struct nearest *nearest, const struct nearest_query *query, size_t k,
