@@ -51,7 +51,11 @@ const char *sql_reason(sqlite3 *db)
     int code = sqlite3_errcode(db);
     if (code == SQLITE_FULL)
         return strerror(ENOSPC);
-    if ((code == SQLITE_IOERR || code == SQLITE_CANTOPEN) && sqlite3_system_errno(db) != 0)
-        return strerror(sqlite3_system_errno(db));
+    if (code == SQLITE_IOERR || code == SQLITE_CANTOPEN) {
+        /* A COMMIT that fails does not note the cause; it is still in errno then. */
+        int cause = sqlite3_system_errno(db) != 0 ? sqlite3_system_errno(db) : errno;
+        if (cause != 0)
+            return strerror(cause);
+    }
     return sqlite3_errmsg(db);
 }

@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/log.h"
@@ -44,19 +45,49 @@ static enum status name_temporary(struct build *b)
     return STATUS_OK;
 }
 
+/* A new file; one of that name is left over from a dead process with our number. */
+static int create_temporary(const struct build *b)
+{
+    const int flags = O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
+    int fd = open(b->temporary, flags, 0644);
+    if (fd < 0 && errno == EEXIST && unlink(b->temporary) == 0)
+        fd = open(b->temporary, flags, 0644);
+    return fd;
+}
+
+static const char *what_to_do(int error)
+{
+    switch (error) {
+    case ENOENT:
+        return "; make the folder first";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+        return "; choose a folder you may write to";
+    default:
+        return "";
+    }
+}
+
 /* Refuse early what could only fail after all the work. */
 static enum status claim(struct build *b)
 {
-    if (!b->options->overwrite && access(b->path, F_OK) == 0) {
+    struct stat there;
+    bool exists = stat(b->path, &there) == 0;
+    if (exists && S_ISDIR(there.st_mode)) {
+        log_error("'%s' is a folder; name a file in it", b->path);
+        return STATUS_EXISTS;
+    }
+    if (exists && !b->options->overwrite) {
         log_error("'%s' exists; choose another name or say --force to replace it", b->path);
         return STATUS_EXISTS;
     }
     enum status s = name_temporary(b);
     if (s != STATUS_OK)
         return s;
-    int fd = open(b->temporary, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    int fd = create_temporary(b);
     if (fd < 0) {
-        log_error("cannot write '%s': %s", b->path, strerror(errno));
+        log_error("cannot write '%s': %s%s", b->path, strerror(errno), what_to_do(errno));
         b->temporary[0] = '\0';
         return STATUS_IO;
     }

@@ -6,6 +6,7 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/log.h"
@@ -75,12 +76,17 @@ static enum status check_pages(int fd, const char *path, char computed[TABLE_SHA
 /* Header and pages of the file at path, before SQLite opens it. */
 static enum status check_bytes(const char *path, char pages_sha256[TABLE_SHA256_SIZE])
 {
-    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    struct stat there;
+    int fd = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC); /* nor wait for a pipe's writer */
     if (fd < 0) {
         log_error("table '%s': %s", path, strerror(errno));
         return errno == ENOENT ? STATUS_NOT_FOUND : STATUS_IO;
     }
-    enum status s = check_header(fd, path);
+    enum status s = STATUS_IO;
+    if (fstat(fd, &there) != 0 || !S_ISREG(there.st_mode))
+        log_error("table '%s' is not a file", path);
+    else
+        s = check_header(fd, path);
     if (s == STATUS_OK)
         s = check_pages(fd, path, pages_sha256);
     close(fd);
@@ -104,9 +110,17 @@ static enum status open_checked(const char *path, char pages_sha256[TABLE_SHA256
     return STATUS_OK;
 }
 
+/* Memory and disk keep their status; anything else that keeps SQL from working
+ * is that the file does not hold what it should. */
+static enum status blame(enum status s)
+{
+    return s == STATUS_NO_MEMORY || s == STATUS_IO || s == STATUS_DAMAGED ? s : STATUS_FORMAT;
+}
+
 /* Values of meta by key; the text lives until the next look-up. */
 struct meta_query {
     sqlite3_stmt *select;
+    enum status status; /* of the first look-up that failed for another reason than the key */
     char value[TABLE_META_VALUE_SIZE];
 };
 
@@ -115,60 +129,104 @@ static const char *look_up(void *context, const char *key)
     struct meta_query *q = context;
     const char *found = NULL;
     sqlite3_bind_text(q->select, 1, key, -1, SQLITE_STATIC);
-    if (sqlite3_step(q->select) == SQLITE_ROW && sqlite3_column_text(q->select, 0) != NULL) {
-        snprintf(q->value, sizeof q->value, "%s", (const char *)sqlite3_column_text(q->select, 0));
+    int stepped = sqlite3_step(q->select);
+    const char *text = NULL;
+    if (stepped == SQLITE_ROW)
+        text = (const char *)sqlite3_column_text(q->select, 0);
+    if (text != NULL) {
+        snprintf(q->value, sizeof q->value, "%s", text);
         found = q->value;
+    } else if (stepped == SQLITE_ROW) {
+        stepped = sqlite3_errcode(sqlite3_db_handle(q->select)); /* no memory, or NULL */
     }
+    if (q->status == STATUS_OK)
+        q->status = sql_status(stepped);
     sqlite3_reset(q->select);
     return found;
+}
+
+/* The one number that a query gives. */
+static enum status number_of(sqlite3 *db, const char *sql, long long *ret)
+{
+    sqlite3_stmt *select;
+    enum status s = sql_prepare(db, sql, &select);
+    if (s == STATUS_OK) {
+        s = sql_status(sqlite3_step(select));
+        *ret = sqlite3_column_int64(select, 0);
+    }
+    sqlite3_finalize(select);
+    return s;
+}
+
+/* All meta rows, and just as this program writes them: the content hash is over
+ * their text, and verifying takes it from the recipe again. */
+static enum status read_other_meta(sqlite3 *db, struct meta_query *q, struct table_file_info *info,
+                                   const char **bad_key)
+{
+    struct table_meta meta;
+    const char *text;
+    table_meta_of(&info->recipe, &meta);
+    for (size_t i = 0; i < TABLE_META_COUNT; i++) {
+        *bad_key = meta.key[i];
+        text = look_up(q, meta.key[i]);
+        if (text == NULL)
+            return STATUS_FORMAT;
+        if (strcmp(meta.key[i], "code_version") == 0)
+            snprintf(info->code_version, sizeof info->code_version, "%s", text);
+        else if (strcmp(text, meta.value[i]) != 0)
+            return STATUS_FORMAT;
+    }
+    *bad_key = TABLE_CONTENT_KEY;
+    text = look_up(q, TABLE_CONTENT_KEY);
+    if (text == NULL || strlen(text) != TABLE_SHA256_SIZE - 1 ||
+        strspn(text, "0123456789abcdef") != TABLE_SHA256_SIZE - 1)
+        return STATUS_FORMAT;
+    memcpy(info->content_sha256, text, TABLE_SHA256_SIZE);
+    *bad_key = "one too many or too few";
+    long long rows = 0;
+    enum status s = number_of(db, "SELECT count(*) FROM meta", &rows);
+    return s == STATUS_OK && rows != TABLE_META_COUNT + 2 ? STATUS_FORMAT : s;
 }
 
 static enum status read_meta(sqlite3 *db, const char *path, struct table_file_info *ret)
 {
     struct meta_query q = { 0 };
-    const char *bad_key = "meta", *text;
+    const char *bad_key = "meta";
     enum status s = sql_prepare(db, "SELECT value FROM meta WHERE key = ?", &q.select);
     if (s == STATUS_OK)
         s = table_meta_recipe(look_up, &q, &ret->recipe, &bad_key);
     if (s == STATUS_OK)
         s = recipe_check(&ret->recipe);
+    if (s == STATUS_OK)
+        s = read_other_meta(db, &q, ret, &bad_key);
+    if (q.status != STATUS_OK)
+        s = q.status;
     if (s == STATUS_OK) {
         ret->rows = grid_rows(&ret->recipe.grid);
-        text = look_up(&q, TABLE_CONTENT_KEY);
-        snprintf(ret->content_sha256, sizeof ret->content_sha256, "%s", text != NULL ? text : "");
-        text = look_up(&q, "code_version");
-        snprintf(ret->code_version, sizeof ret->code_version, "%s", text != NULL ? text : "");
     } else {
-        log_error("table '%s': its meta rows are not understood (%s); build it anew with "
-                  "'skinspec table build --force'",
-                  path, bad_key);
-        s = STATUS_FORMAT;
+        s = blame(s);
+        if (s == STATUS_FORMAT)
+            log_error("table '%s': its meta rows are not understood (%s); build it anew with "
+                      "'skinspec table build --force'",
+                      path, bad_key);
+        else
+            log_error("table '%s': %s", path, status_text(s));
     }
     sqlite3_finalize(q.select);
     return s;
 }
 
-static bool has_rtree(sqlite3 *db)
+static enum status read_size(sqlite3 *db, struct table_file_info *info)
 {
-    sqlite3_stmt *select;
-    bool there = false;
-    if (sql_prepare(db, "SELECT 1 FROM sqlite_schema WHERE name = 'entry_lab'", &select) ==
-        STATUS_OK)
-        there = sqlite3_step(select) == SQLITE_ROW;
-    sqlite3_finalize(select);
-    return there;
-}
-
-static long long file_bytes(sqlite3 *db)
-{
-    sqlite3_stmt *select;
-    long long bytes = 0;
-    if (sql_prepare(db, "SELECT page_count * page_size FROM pragma_page_count, pragma_page_size",
-                    &select) == STATUS_OK &&
-        sqlite3_step(select) == SQLITE_ROW)
-        bytes = sqlite3_column_int64(select, 0);
-    sqlite3_finalize(select);
-    return bytes;
+    static const char rtree[] = "SELECT count(*) FROM sqlite_schema WHERE name = 'entry_lab'";
+    static const char size[] =
+        "SELECT page_count * page_size FROM pragma_page_count, pragma_page_size";
+    long long rtrees = 0;
+    enum status s = number_of(db, rtree, &rtrees);
+    if (s == STATUS_OK)
+        s = number_of(db, size, &info->bytes);
+    info->rtree = rtrees > 0;
+    return s;
 }
 
 enum status table_file_info(const char *path, struct table_file_info *ret)
@@ -180,9 +238,11 @@ enum status table_file_info(const char *path, struct table_file_info *ret)
         return s;
     s = read_meta(db, path, &info);
     if (s == STATUS_OK) {
-        info.rtree = has_rtree(db);
-        info.bytes = file_bytes(db);
-        *ret = info;
+        s = read_size(db, &info);
+        if (s == STATUS_OK)
+            *ret = info;
+        else
+            log_error("table '%s': %s", path, status_text(s));
     }
     sqlite3_close(db);
     return s;
@@ -201,6 +261,8 @@ static bool read_entry(sqlite3_stmt *select, struct table *table, size_t row)
             return false;
         v[i] = sqlite3_column_double(select, i + 1);
     }
+    if (sqlite3_column_type(select, 10) != (bands > 0 ? SQLITE_BLOB : SQLITE_NULL))
+        return false;
     const unsigned char *blob = sqlite3_column_blob(select, 10);
     if ((size_t)sqlite3_column_bytes(select, 10) != 4 * bands)
         return false;
@@ -218,16 +280,23 @@ static enum status read_entries(sqlite3 *db, const char *path, struct table *tab
     enum status s = sql_prepare(
         db, "SELECT id, cm, bm, ch, l, a, b, r, g, b_, spectrum FROM entry ORDER BY id", &select);
     if (s == STATUS_OK) {
-        while (row < table->n && sqlite3_step(select) == SQLITE_ROW &&
+        int stepped;
+        while ((stepped = sqlite3_step(select)) == SQLITE_ROW && row < table->n &&
                read_entry(select, table, row))
             row++;
-        if (row < table->n || sqlite3_step(select) != SQLITE_DONE)
+        s = sql_status(stepped);
+        if (s == STATUS_OK && (stepped != SQLITE_DONE || row < table->n))
             s = STATUS_FORMAT;
     }
-    if (s != STATUS_OK)
-        log_error("table '%s': row %zu is missing or not as its meta rows say; build it anew with "
-                  "'skinspec table build --force'",
-                  path, row + 1);
+    if (s != STATUS_OK) {
+        s = blame(s);
+        if (s == STATUS_FORMAT)
+            log_error("table '%s': row %zu is missing or not as its meta rows say; build it anew "
+                      "with 'skinspec table build --force'",
+                      path, row + 1);
+        else
+            log_error("table '%s': row %zu: %s", path, row + 1, status_text(s));
+    }
     sqlite3_finalize(select);
     return s;
 }

@@ -21,13 +21,20 @@ static int64_t float_order(float x)
     return bits >= 0 ? bits : (int64_t)INT32_MIN - bits;
 }
 
-static void note(struct table_verify_report *r, double *worst, double difference, size_t id)
+struct comparison {
+    struct table_verify_report report;
+    double worst_share; /* of what is tolerated, so that numbers and spectra compare */
+};
+
+static void note(struct comparison *c, double *worst, double difference, double tolerated,
+                 size_t id)
 {
     if (isnan(difference))
         difference = INFINITY; /* a NaN in the file agrees with nothing */
-    if (difference > *worst) {
-        *worst = difference;
-        r->worst_id = id;
+    *worst = fmax(*worst, difference);
+    if (difference / tolerated > c->worst_share) {
+        c->worst_share = difference / tolerated;
+        c->report.worst_id = id;
     }
 }
 
@@ -44,8 +51,9 @@ static bool same_bits(const double *x, const double *y, size_t n)
 }
 
 static void compare_row(const struct table *stored, size_t i, const struct table *made, size_t j,
-                        struct table_verify_report *r)
+                        struct comparison *comparison)
 {
+    struct table_verify_report *r = &comparison->report;
     struct table_row a, b;
     size_t id = i + 1;
     table_get(stored, i, &a);
@@ -56,18 +64,18 @@ static void compare_row(const struct table *stored, size_t i, const struct table
                           b.Lab[2], b.rgb[0], b.rgb[1], b.rgb[2] };
     bool identical = same_bits(x, y, 9);
     for (int c = 0; c < 9; c++)
-        note(r, &r->worst, fabs(x[c] - y[c]), id);
+        note(comparison, &r->worst, fabs(x[c] - y[c]), TABLE_VERIFY_TOLERANCE, id);
     const float *p = table_spectrum(stored, i), *q = table_spectrum(made, j);
     for (size_t band = 0; band < stored->recipe.bands; band++) {
         double ulps = (double)llabs(float_order(p[band]) - float_order(q[band]));
-        note(r, &r->worst_spectrum, ulps, id);
+        note(comparison, &r->worst_spectrum, ulps, TABLE_VERIFY_SPECTRUM_ULPS, id);
         identical = identical && ulps == 0.0;
     }
     r->identical_rows += identical ? 1 : 0;
 }
 
 static enum status compare(const struct table *stored, unsigned threads,
-                           const struct progress *progress, struct table_verify_report *r)
+                           const struct progress *progress, struct comparison *c)
 {
     struct table made = { 0 };
     size_t capacity = stored->n < CHUNK_ROWS ? stored->n : CHUNK_ROWS;
@@ -80,7 +88,7 @@ static enum status compare(const struct table *stored, unsigned threads,
         }
         s = table_compute(&made, first, count, threads);
         for (size_t i = 0; i < count && s == STATUS_OK; i++)
-            compare_row(stored, first + i, &made, i, r);
+            compare_row(stored, first + i, &made, i, c);
     }
     table_done(&made);
     if (s == STATUS_OK && !progress_go_on(progress, stored->n, stored->n))
@@ -112,7 +120,7 @@ static enum status judge(const char *path, const struct table_verify_report *r)
         log_error("table '%s': its rows do not match its content hash; build it anew", path);
         return STATUS_DAMAGED;
     }
-    if (!(r->worst <= TABLE_VERIFY_TOLERANCE && r->worst_spectrum <= 1.0)) {
+    if (!(r->worst <= TABLE_VERIFY_TOLERANCE && r->worst_spectrum <= TABLE_VERIFY_SPECTRUM_ULPS)) {
         log_error("table '%s': row %zu differs from what this program computes by %.3g "
                   "(spectra: %.0f units in the last place); build it anew",
                   path, r->worst_id, r->worst, r->worst_spectrum);
@@ -131,12 +139,12 @@ enum status table_verify(const char *path, unsigned threads, const struct progre
         s = table_file_read(path, &stored);
     if (s != STATUS_OK)
         return s;
-    struct table_verify_report report = { .rows = stored.n };
-    s = compare(&stored, threads, progress, &report);
+    struct comparison c = { .report.rows = stored.n };
+    s = compare(&stored, threads, progress, &c);
     if (s == STATUS_OK) {
-        report.content_hash_matches = content_hash_matches(&stored, info.code_version);
-        s = judge(path, &report);
-        *ret = report;
+        c.report.content_hash_matches = content_hash_matches(&stored, info.code_version);
+        s = judge(path, &c.report);
+        *ret = c.report;
     } else if (s != STATUS_CANCELLED) {
         log_error("table '%s': %s", path, status_text(s));
     }

@@ -14,12 +14,13 @@
 #include "match/table.h"
 
 #define TABLE_VERIFY_TOLERANCE 1e-10
+#define TABLE_VERIFY_SPECTRUM_ULPS 1.0
 
 struct table_verify_report {
     size_t rows, identical_rows;
     double worst;          /* largest |stored - computed| of parameters and colour */
     double worst_spectrum; /* the same of the spectra, in float32 units in the last place */
-    size_t worst_id;       /* row of the largest difference, 0 where there is none */
+    size_t worst_id;       /* row whose difference is the most of what is tolerated, or 0 */
     bool content_hash_matches;
 };
 

@@ -1,0 +1,317 @@
+/* test_number.c - numbers as text: what is one, and the same in every locale. */
+#include "base/number.h"
+
+#include <float.h>
+#include <locale.h>
+#include <math.h>
+#include <pthread.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "tests/support/dice.h"
+#include "unity.h"
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+    setlocale(LC_ALL, "C");
+}
+
+/* expect: read by hand; IEEE 754 double for the edges. */
+static const struct parse_case {
+    const char *text;
+    enum status status;
+    double expect;
+} parse_cases[] = {
+    { "0", STATUS_OK, 0.0 },
+    { "-0", STATUS_OK, 0.0 },
+    { "1", STATUS_OK, 1.0 },
+    { "+1", STATUS_OK, 1.0 },
+    { "-1.5", STATUS_OK, -1.5 },
+    { ".5", STATUS_OK, 0.5 },
+    { "5.", STATUS_OK, 5.0 },
+    { "007", STATUS_OK, 7.0 },
+    { "1e3", STATUS_OK, 1000.0 },
+    { "1E+3", STATUS_OK, 1000.0 },
+    { "25e-2", STATUS_OK, 0.25 },
+    { "0.1", STATUS_OK, 0x1.999999999999ap-4 },
+    { "1.7976931348623157e308", STATUS_OK, DBL_MAX },
+    { "-1.7976931348623157e308", STATUS_OK, -DBL_MAX },
+    { "2.2250738585072014e-308", STATUS_OK, DBL_MIN },
+    { "4.9406564584124654e-324", STATUS_OK, 0x1p-1074 },
+    { "1e-310", STATUS_OK, 1e-310 }, /* denormal, and a number */
+    { "1e-400", STATUS_OK, 0.0 },    /* too small for a double is nothing */
+    { "0000000000000000000000000000000000000000000000000000000000000000000000.25", STATUS_OK,
+      0.25 },
+    { "1.7976931348623159e308", STATUS_RANGE, 0 },
+    { "1e309", STATUS_RANGE, 0 },
+    { "-1e309", STATUS_RANGE, 0 },
+    { "1e99999999999999999999", STATUS_RANGE, 0 },
+    { "", STATUS_FORMAT, 0 },
+    { " 1", STATUS_FORMAT, 0 },
+    { "1 ", STATUS_FORMAT, 0 },
+    { "1\n", STATUS_FORMAT, 0 },
+    { "\t1", STATUS_FORMAT, 0 },
+    { "1,5", STATUS_FORMAT, 0 },
+    { "1.000,5", STATUS_FORMAT, 0 },
+    { "1'000", STATUS_FORMAT, 0 },
+    { "1_000", STATUS_FORMAT, 0 },
+    { "1.2.3", STATUS_FORMAT, 0 },
+    { "--1", STATUS_FORMAT, 0 },
+    { "+-1", STATUS_FORMAT, 0 },
+    { "1-", STATUS_FORMAT, 0 },
+    { "+", STATUS_FORMAT, 0 },
+    { "-", STATUS_FORMAT, 0 },
+    { ".", STATUS_FORMAT, 0 },
+    { "e5", STATUS_FORMAT, 0 },
+    { "1e", STATUS_FORMAT, 0 },
+    { "1e+", STATUS_FORMAT, 0 },
+    { "1e5.5", STATUS_FORMAT, 0 },
+    { "1d5", STATUS_FORMAT, 0 },
+    { "1f", STATUS_FORMAT, 0 },
+    { "0x10", STATUS_FORMAT, 0 },
+    { "0x1p3", STATUS_FORMAT, 0 },
+    { "inf", STATUS_FORMAT, 0 },
+    { "-inf", STATUS_FORMAT, 0 },
+    { "Infinity", STATUS_FORMAT, 0 },
+    { "nan", STATUS_FORMAT, 0 },
+    { "NaN", STATUS_FORMAT, 0 },
+    { "nan(1)", STATUS_FORMAT, 0 },
+    { "NULL", STATUS_FORMAT, 0 },
+    { "one", STATUS_FORMAT, 0 },
+    { "1\xc2\xa0", STATUS_FORMAT, 0 },    /* a no-break space */
+    { "\xef\xbc\x91", STATUS_FORMAT, 0 }, /* a full-width 1 */
+    { "\xe2\x88\x92"
+      "1",
+      STATUS_FORMAT, 0 }, /* a typographic minus */
+};
+
+static void assert_parse_cases(void)
+{
+    for (size_t i = 0; i < sizeof parse_cases / sizeof *parse_cases; i++) {
+        const struct parse_case *c = &parse_cases[i];
+        double got = 77.0;
+        TEST_ASSERT_EQUAL_INT_MESSAGE(c->status, number_parse(c->text, &got), c->text);
+        TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(c->status == STATUS_OK ? c->expect : 77.0, got, c->text);
+    }
+}
+
+static void test_parse(void)
+{
+    assert_parse_cases();
+}
+
+/* expect: decimal digits and nothing else, at most `max`. */
+static const struct count_case {
+    const char *text;
+    size_t max;
+    enum status status;
+    size_t expect;
+} count_cases[] = {
+    { "0", 10, STATUS_OK, 0 },
+    { "10", 10, STATUS_OK, 10 },
+    { "010", 10, STATUS_OK, 10 }, /* not octal */
+    { "0", 0, STATUS_OK, 0 },
+    { "18446744073709551615", SIZE_MAX, STATUS_OK, SIZE_MAX },
+    { "11", 10, STATUS_RANGE, 0 },
+    { "1", 0, STATUS_RANGE, 0 },
+    { "18446744073709551616", SIZE_MAX, STATUS_RANGE, 0 },
+    { "99999999999999999999999999", SIZE_MAX, STATUS_RANGE, 0 },
+    { "", 10, STATUS_FORMAT, 0 },
+    { "-1", 10, STATUS_FORMAT, 0 },
+    { "+1", 10, STATUS_FORMAT, 0 },
+    { "1.0", 10, STATUS_FORMAT, 0 },
+    { "1e0", 10, STATUS_FORMAT, 0 },
+    { " 1", 10, STATUS_FORMAT, 0 },
+    { "1 ", 10, STATUS_FORMAT, 0 },
+    { "0x1", 10, STATUS_FORMAT, 0 },
+    { "one", 10, STATUS_FORMAT, 0 },
+};
+
+static void test_parse_count(void)
+{
+    for (size_t i = 0; i < sizeof count_cases / sizeof *count_cases; i++) {
+        const struct count_case *c = &count_cases[i];
+        size_t got = 77;
+        TEST_ASSERT_EQUAL_INT_MESSAGE(c->status, number_parse_count(c->text, c->max, &got),
+                                      c->text);
+        TEST_ASSERT_EQUAL_size_t_MESSAGE(c->status == STATUS_OK ? c->expect : 77, got, c->text);
+    }
+}
+
+/* expect: rounded by hand, half to even on the binary value. */
+static const struct format_case {
+    double x;
+    int digits;
+    const char *text;
+} format_cases[] = {
+    { 0.08, 3, "0.08" },
+    { 0.0, 3, "0" },
+    { -0.0, 3, "0" },
+    { 1234.5678, 6, "1234.57" },
+    { 1234567.0, 3, "1.23e+06" },
+    { 0.00001234, 2, "1.2e-05" },
+    { -12.5, 1, "-1e+01" },
+    { 2.0 / 3.0, 17, "0.66666666666666663" },
+    { -DBL_MAX, 17, "-1.7976931348623157e+308" },
+    { -0x1p-1074, 17, "-4.9406564584124654e-324" },
+    { 100.0, 17, "100" },
+    { 0.5, 1, "0.5" },
+};
+
+static void assert_format_cases(void)
+{
+    char text[NUMBER_TEXT_SIZE];
+    for (size_t i = 0; i < sizeof format_cases / sizeof *format_cases; i++) {
+        const struct format_case *c = &format_cases[i];
+        TEST_ASSERT_EQUAL_PTR(text, number_format(c->x, c->digits, text));
+        TEST_ASSERT_EQUAL_STRING(c->text, text);
+    }
+}
+
+static void test_format(void)
+{
+    assert_format_cases();
+}
+
+/* expect: the shortest decimal that is that double, by hand. */
+static const struct exact_case {
+    double x;
+    const char *text;
+} exact_cases[] = {
+    { 0.1, "0.1" },
+    { 0.3, "0.3" },
+    { 0.1 + 0.2, "0.30000000000000004" },
+    { 1.0 / 3.0, "0.3333333333333333" },
+    { 123456789012345680.0, "1.2345678901234568e+17" },
+    { 400.0, "400" },
+    { -0.0, "0" },
+    { 0x1p-1074, "4.94065645841247e-324" },
+    { DBL_MAX, "1.7976931348623157e+308" },
+};
+
+static void assert_exact_cases(void)
+{
+    char text[NUMBER_TEXT_SIZE];
+    for (size_t i = 0; i < sizeof exact_cases / sizeof *exact_cases; i++) {
+        TEST_ASSERT_EQUAL_PTR(text, number_format_exact(exact_cases[i].x, text));
+        TEST_ASSERT_EQUAL_STRING(exact_cases[i].text, text);
+    }
+}
+
+static void test_format_exact(void)
+{
+    char text[NUMBER_TEXT_SIZE];
+    assert_exact_cases();
+    /* What is no number has a text as well, which does not read back. */
+    TEST_ASSERT_EQUAL_STRING("inf", number_format_exact((double)INFINITY, text));
+    TEST_ASSERT_EQUAL_STRING("-inf", number_format_exact(-(double)INFINITY, text));
+}
+
+/* Property: 10 000 bit patterns by chance, denormals among them, come back with
+ * the same bits. */
+static void test_exact_round_trip(void)
+{
+    struct dice dice = { 23 };
+    int numbers = 0;
+    for (int i = 0; i < 10000; i++) {
+        uint64_t bits = dice_bits(&dice);
+        double x, back;
+        char text[NUMBER_TEXT_SIZE];
+        if (i % 16 == 0)
+            bits &= 0x800fffffffffffffu; /* a denormal */
+        memcpy(&x, &bits, sizeof x);
+        if (!isfinite(x) || x == 0.0)
+            continue;
+        numbers++;
+        TEST_ASSERT_TRUE(strlen(number_format_exact(x, text)) < NUMBER_TEXT_SIZE);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, number_parse(text, &back), text);
+        TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&x, &back, sizeof x, text);
+    }
+    TEST_ASSERT_TRUE(numbers > 9900);
+}
+
+/* ---- locales ------------------------------------------------------------------------- */
+
+static bool has_comma(const char *name)
+{
+    return setlocale(LC_ALL, name) != NULL && strcmp(localeconv()->decimal_point, ",") == 0;
+}
+
+/* A locale of this machine whose decimal point is a comma; NULL where there is none.
+ * `locale -a` does not know those in LOCPATH. */
+static const char *comma_locale(void)
+{
+    static char name[128] = "de_DE.UTF-8";
+    bool found = has_comma(name);
+    FILE *f = popen("locale -a 2>/dev/null", "r");
+    while (!found && f != NULL && fgets(name, sizeof name, f) != NULL) {
+        name[strcspn(name, "\n")] = '\0';
+        found = has_comma(name);
+    }
+    if (f != NULL)
+        pclose(f);
+    setlocale(LC_ALL, "C");
+    return found ? name : NULL;
+}
+
+static void test_comma_locale(void)
+{
+    const char *name = comma_locale();
+    char text[16];
+    if (name == NULL)
+        TEST_IGNORE_MESSAGE("locale -a names none with a decimal comma");
+    TEST_ASSERT_NOT_NULL(setlocale(LC_ALL, name));
+    snprintf(text, sizeof text, "%g", 0.5);
+    TEST_ASSERT_EQUAL_STRING("0,5", text); /* so it is in force */
+    assert_parse_cases();
+    assert_format_cases();
+    assert_exact_cases();
+    snprintf(text, sizeof text, "%g", 0.5);
+    TEST_ASSERT_EQUAL_STRING("0,5", text); /* and still is */
+}
+
+/* Threads convert without getting in each other's way. */
+static void *convert(void *argument)
+{
+    struct dice dice = { 31 };
+    bool *good = argument;
+    *good = true;
+    for (int i = 0; i < 20000; i++) {
+        double x = dice_between(&dice, -1e6, 1e6), back;
+        char text[NUMBER_TEXT_SIZE];
+        *good =
+            *good && number_parse(number_format_exact(x, text), &back) == STATUS_OK && back == x;
+    }
+    return NULL;
+}
+
+static void test_threads(void)
+{
+    pthread_t thread[4];
+    bool good[4];
+    for (int i = 0; i < 4; i++)
+        TEST_ASSERT_EQUAL_INT(0, pthread_create(&thread[i], NULL, convert, &good[i]));
+    for (int i = 0; i < 4; i++)
+        pthread_join(thread[i], NULL);
+    for (int i = 0; i < 4; i++)
+        TEST_ASSERT_TRUE(good[i]);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_parse);
+    RUN_TEST(test_parse_count);
+    RUN_TEST(test_format);
+    RUN_TEST(test_format_exact);
+    RUN_TEST(test_exact_round_trip);
+    RUN_TEST(test_comma_locale);
+    RUN_TEST(test_threads);
+    return UNITY_END();
+}
