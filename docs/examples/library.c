@@ -12,7 +12,8 @@ int main(int argc, char **argv)
     double scratch[MEDIUM_SCRATCH(31)], R[31], XYZ[3], Lab[3];
     if (argc != 4)
         return 2;
-    struct tissue skin = tissue_of(atof(argv[1]), atof(argv[2]), atof(argv[3]));
+    struct tissue skin =
+        tissue_of(strtod(argv[1], NULL), strtod(argv[2], NULL), strtod(argv[3], NULL));
     if (chromophores_init(400, 10, 31, &skin_bands) != STATUS_OK ||
         xyz_weights_init(ILLUMINANT_D65, OBSERVER_10DEG, 400, 10, 31, &light) != STATUS_OK ||
         model_reflectance(model_find("two-layer"), &skin, &skin_bands, scratch, R) != STATUS_OK)

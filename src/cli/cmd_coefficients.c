@@ -34,7 +34,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
         a->format = OUT_NDJSON;
         break;
     case ARGP_KEY_ARG:
-        argp_error(state, "'%s' is not an option", text);
+        argp_error(state, "'%s' is not expected; values go with options, see --help", text);
         break;
     case ARGP_KEY_END:
         option_need_skin(state, a->given);
@@ -81,7 +81,7 @@ int cmd_coefficients(int argc, char **argv)
         "",
         "Absorption and reduced scattering of a skin's two layers, mm^-1, by wavelength "
         "(Eqs. 4-6; the dermis has half of Eq. 6).\v"
-        "Example: skinspec coefficients --cm 0.03 --bm 0.7 --ch 0.01",
+        "Example: skinspec coefficients --cm 0.03 --bm 0.7 --ch 0.01\n",
         NULL,
         NULL,
         NULL

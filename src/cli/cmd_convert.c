@@ -64,12 +64,6 @@ static const char *const names[] = { "X", "Y", "Z", "L",       "a",   "b",      
                                      "R", "G", "B", "clipped", "ITA", "ITA_class", "adapted" };
 enum { NAMES = sizeof names / sizeof *names };
 
-/* sRGB's white is D65 for 2 degrees; any other was adapted to it by Bradford. */
-static bool is_adapted(const struct arguments *a)
-{
-    return a->illuminant != ILLUMINANT_D65 || a->observer != OBSERVER_2DEG;
-}
-
 static void print_csv(struct out *out, const struct arguments *a, const struct colour_row *c)
 {
     enum { DIGITS = 9 };
@@ -84,22 +78,9 @@ static void print_csv(struct out *out, const struct arguments *a, const struct c
     out_text(out, c->clipped ? "true" : "false");
     out_number(out, c->ITA, DIGITS);
     out_text(out, lab_ita_class(c->ITA));
-    out_text(out, is_adapted(a) ? "true" : "false");
+    out_text(out, colour_is_adapted(a->illuminant, a->observer) ? "true" : "false");
     out_text(out, "");
     out_row(out);
-}
-
-static void add_json(cJSON *object, const struct arguments *a, const struct colour_row *c)
-{
-    cJSON_AddItemToObject(object, "XYZ", out_numbers(c->XYZ, 3));
-    cJSON_AddItemToObject(object, "Lab", out_numbers(c->Lab, 3));
-    cJSON_AddItemToObject(object, "LCh", out_numbers(c->LCh, 3));
-    cJSON_AddItemToObject(object, "sRGB", cJSON_CreateIntArray(c->sRGB, 3));
-    cJSON_AddBoolToObject(object, "clipped", c->clipped);
-    cJSON_AddBoolToObject(object, "adapted", is_adapted(a));
-    out_member(object, "ITA", c->ITA);
-    cJSON_AddStringToObject(object, "ITA_class", lab_ita_class(c->ITA));
-    cJSON_AddStringToObject(object, "ITA_scheme", LAB_ITA_SCHEME);
 }
 
 static void print_row(struct out *out, const struct arguments *a, const struct spectra *spectra,
@@ -116,7 +97,7 @@ static void print_row(struct out *out, const struct arguments *a, const struct s
         print_csv(out, a, &colour);
     } else {
         cJSON *object = row_out_object(row);
-        add_json(object, a, &colour);
+        colour_row_json(object, &colour, colour_is_adapted(a->illuminant, a->observer));
         out_object(out, object);
     }
 }
@@ -153,7 +134,7 @@ int cmd_convert(int argc, char **argv)
         "400..700 at least), then one spectrum a row as fractions 0..1.  Other columns are carried "
         "through.  sRGB is adapted to its own white by Bradford; 'adapted' says when another white "
         "than D65 / 2 degrees was used, 'clipped' when the colour lies outside sRGB.\n\n"
-        "Example: skinspec convert docs/examples/skin.csv --illuminant D50 --observer 2",
+        "Example: skinspec convert docs/examples/skin.csv --illuminant D50 --observer 2\n",
         NULL,
         NULL,
         NULL
@@ -165,8 +146,7 @@ int cmd_convert(int argc, char **argv)
     if (spectra_open(a.path, &spectra) != STATUS_OK)
         return EXIT_FAILURE;
     int exit_status = EXIT_FAILURE;
-    if (colour_weights(spectra_path(spectra), spectra_bands(spectra), a.illuminant, a.observer,
-                       &weights) == STATUS_OK)
+    if (colour_weights(spectra, a.illuminant, a.observer, &weights) == STATUS_OK)
         exit_status = convert(&a, spectra, &weights);
     spectra_close(spectra);
     return exit_status;

@@ -11,8 +11,10 @@
 #include "cli/colour_row.h"
 #include "cli/command.h"
 #include "cli/find_table.h"
+#include "cli/match_out.h"
 #include "cli/options.h"
 #include "cli/plot.h"
+#include "cli/row_out.h"
 #include "cli/spectra.h"
 #include "colour/lab.h"
 #include "db/table_file.h"
@@ -28,12 +30,14 @@ static const struct argp_option options[] = {
     { "table", OPTION_TABLE, "T", 0, "Table by path or name (two-layer)", 0 },
     { "tables", OPTION_TABLES, "DIR", 0, "Where to look for a table given by name", 0 },
     { "k", OPTION_K, "N", 0, "How many of the nearest rows to show, 1..20 (3)", 0 },
+    OPTION_ROWS_JSON,
     { 0 },
 };
 
 struct arguments {
     const char *path, *table, *tables;
     size_t k;
+    enum out_format format;
 };
 
 static error_t parse(int key, char *text, struct argp_state *state)
@@ -48,6 +52,12 @@ static error_t parse(int key, char *text, struct argp_state *state)
         break;
     case OPTION_K:
         a->k = option_count(state, "k", text, 1, MAX_K);
+        break;
+    case OPTION_JSON:
+        a->format = OUT_JSON;
+        break;
+    case OPTION_NDJSON:
+        a->format = OUT_NDJSON;
         break;
     case ARGP_KEY_ARG:
         if (a->path != NULL)
@@ -74,6 +84,7 @@ struct demo {
     const struct xyz_weights *weights;
     struct plot_style style;
     size_t k;
+    struct out out;
 };
 
 /* What the file says of the spectrum beside its values. */
@@ -82,10 +93,11 @@ static void print_title(const struct demo *d, const struct spectra_row *row)
     printf("\n%s", row->id != NULL ? row->id : "spectrum");
     if (row->id == NULL)
         printf(" %zu", row->number);
+    putchar('\n');
     for (size_t i = 0; i < spectra_carried(d->spectra); i++) {
         const char *name = spectra_carried_name(d->spectra, i);
         if (strcasecmp(name, "id") != 0 && strcasecmp(name, "specular") != 0)
-            printf(", %s %s", name, spectra_carried_text(d->spectra, row, i));
+            printf("  %s %s", name, spectra_carried_text(d->spectra, row, i));
     }
     puts("\n");
 }
@@ -101,10 +113,8 @@ static void print_colour(const struct demo *d, const struct colour_row *c)
 
 static void print_match(const struct demo *d, const struct match *m, const struct nearest_hit *hits)
 {
-    printf("  skin     Cm %.4f  Bm %.2f  Ch %.4f   melanin %.2f %%, of it eumelanin %.0f %%; blood "
-           "%.2f %%\n",
-           m->row.Cm, m->row.Bm, m->row.Ch, 100.0 * m->row.Cm, 100.0 * m->row.Bm,
-           100.0 * m->row.Ch);
+    printf("  skin     Cm %.4f  Bm %.2f  Ch %.4f   melanin %.2f %%, blood %.2f %%\n", m->row.Cm,
+           m->row.Bm, m->row.Ch, 100.0 * m->row.Cm, 100.0 * m->row.Ch);
     printf("  distance %.4g by %s", m->distance, match_by_name(m->by));
     if (!isnan(m->dE00))
         printf(", dE00 %.2f", m->dE00);
@@ -124,7 +134,17 @@ static void print_match(const struct demo *d, const struct match *m, const struc
     }
 }
 
-static bool show(const struct demo *d, struct spectra_row *row, double read_ms)
+static void print_json(struct demo *d, const struct spectra_row *row, const struct colour_row *c,
+                       const struct match *match, const struct nearest_hit *hits)
+{
+    const struct recipe *recipe = &d->table->recipe;
+    cJSON *object = row_out_object(row), *colour = cJSON_AddObjectToObject(object, "colour");
+    colour_row_json(colour, c, colour_is_adapted(recipe->illuminant, recipe->observer));
+    match_out_json(cJSON_AddObjectToObject(object, "match"), d->table, match, hits, d->k);
+    out_object(&d->out, object);
+}
+
+static bool show(struct demo *d, struct spectra_row *row, double read_ms)
 {
     struct colour_row colour;
     struct match match;
@@ -133,16 +153,21 @@ static bool show(const struct demo *d, struct spectra_row *row, double read_ms)
     colour_row_of(d->weights, row->spectrum.value, &colour);
     double coloured = now_ms();
     if (row->spectrum.specular != SPECULAR_SCE) {
-        spectra_refuse(d->spectra, row,
-                       "not marked sce; the demo takes spectra without the "
-                       "mirror reflection ('skinspec match' takes both)");
+        spectra_refuse(
+            d->spectra, row, SPECTRA_AT_SPECULAR,
+            "not marked sce; the demo takes spectra without the mirror reflection, with a "
+            "column 'specular' that says sce ('skinspec match' takes others)");
         return false;
     }
     enum status s = matcher_match(&d->matcher, &row->spectrum, d->k, hits, &match);
     double matched = now_ms();
     if (s != STATUS_OK) {
-        spectra_refuse(d->spectra, row, "%s", status_text(s));
+        spectra_refuse(d->spectra, row, SPECTRA_AT_ROW, "%s", status_text(s));
         return false;
+    }
+    if (d->out.format != OUT_PLAIN) {
+        print_json(d, row, &colour, &match, hits);
+        return true;
     }
     print_title(d, row);
     plot_spectrum(stdout, d->style, &row->spectrum);
@@ -153,7 +178,12 @@ static bool show(const struct demo *d, struct spectra_row *row, double read_ms)
     return true;
 }
 
-static int show_all(const struct demo *d)
+static const char legend[] =
+    "\nCm: melanin in the epidermis; Bm: its eumelanin share; Ch: blood in the dermis.  Names\n"
+    "ending in _true: what the example was made with.  Bm shows least of the three: rows far\n"
+    "apart in Bm can be nearly as near ('then').  docs/physics.md tells what to believe.\n";
+
+static int show_all(struct demo *d)
 {
     struct spectra_row row = { 0 };
     bool all_good = true;
@@ -163,10 +193,15 @@ static int show_all(const struct demo *d)
         s = spectra_next(d->spectra, &row);
         if (s != STATUS_OK)
             break;
-        if (!row.good || !show(d, &row, now_ms() - begin))
-            all_good = false;
+        if (row.good && show(d, &row, now_ms() - begin))
+            continue;
+        all_good = false;
+        if (d->out.format != OUT_PLAIN)
+            row_out_bad(&d->out, d->spectra, &row, 0);
     }
     spectra_row_done(&row);
+    if (d->out.format == OUT_PLAIN)
+        fputs(legend, stdout);
     return s == STATUS_NOT_FOUND && all_good ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
@@ -174,32 +209,40 @@ static int demo(const struct arguments *a, struct spectra *spectra, const char *
 {
     static struct xyz_weights weights;
     struct table table = { 0 };
-    struct out out = { .format = OUT_PLAIN };
     double begin = now_ms();
     if (table_file_read(table_path, &table) != STATUS_OK)
         return EXIT_FAILURE;
-    printf("%s against table %s (%zu skins, model %s, checked and loaded in %.0f ms)\n",
-           spectra_path(spectra), table.name, table.n, table.recipe.model->name, now_ms() - begin);
+    if (a->format == OUT_PLAIN)
+        printf("%s against table %s:\n%zu skins of model %s, checked and loaded in %.0f ms\n",
+               spectra_path(spectra), table.name, table.n, table.recipe.model->name,
+               now_ms() - begin);
     struct demo d = { .spectra = spectra,
                       .table = &table,
                       .weights = &weights,
                       .style = plot_style_of(stdout),
                       .k = a->k };
+    out_begin(&d.out, a->format);
     int exit_status = EXIT_FAILURE;
-    if (colour_weights(spectra_path(spectra), spectra_bands(spectra), table.recipe.illuminant,
-                       table.recipe.observer, &weights) == STATUS_OK &&
+    if (colour_weights(spectra, table.recipe.illuminant, table.recipe.observer, &weights) ==
+            STATUS_OK &&
         matcher_open(&table, matcher_default_by(&table), &d.matcher) == STATUS_OK) {
         exit_status = show_all(&d);
         matcher_close(&d.matcher);
     }
     table_done(&table);
-    return out_end(&out) == STATUS_OK ? exit_status : EXIT_FAILURE;
+    return out_end(&d.out) == STATUS_OK ? exit_status : EXIT_FAILURE;
 }
 
+/* In the source folder, or installed; NULL where they are in neither. */
 static const char *default_examples(void)
 {
-    static const char here[] = "docs/examples/skin.csv";
-    return access(here, R_OK) == 0 ? here : SKINSPEC_EXAMPLES "/skin.csv";
+    static const char *const places[] = { "docs/examples/skin.csv", SKINSPEC_EXAMPLES "/skin.csv" };
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++)
+        if (access(places[i], R_OK) == 0)
+            return places[i];
+    log_error("the example spectra are neither in docs/examples nor in " SKINSPEC_EXAMPLES
+              "; run this in the source folder, or name a FILE of spectra");
+    return NULL;
 }
 
 int cmd_demo(int argc, char **argv)
@@ -211,7 +254,7 @@ int cmd_demo(int argc, char **argv)
         "Every spectrum of FILE (the example skins) drawn, turned into a colour and matched, with "
         "the time each step took.\v"
         "The examples are synthetic: an independent transport program made them, with noise, so "
-        "the truth is known and stands beside each.",
+        "the truth is known and stands beside each.\n",
         NULL,
         NULL,
         NULL
@@ -220,7 +263,9 @@ int cmd_demo(int argc, char **argv)
     struct spectra *spectra;
     char path[FIND_TABLE_PATH_SIZE];
     option_parse(&argp, "demo", argc, argv, &a);
-    if (spectra_open(a.path != NULL ? a.path : default_examples(), &spectra) != STATUS_OK)
+    if (a.path == NULL)
+        a.path = default_examples();
+    if (a.path == NULL || spectra_open(a.path, &spectra) != STATUS_OK)
         return EXIT_FAILURE;
     int exit_status = EXIT_FAILURE;
     if (find_table(a.table, a.tables, path) == STATUS_OK)

@@ -52,7 +52,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
         a->json = true;
         break;
     case ARGP_KEY_ARG:
-        argp_error(state, "'%s' is not an option", text);
+        argp_error(state, "'%s' is not expected; values go with options, see --help", text);
         break;
     case ARGP_KEY_END:
         if (isnan(a->sigma_a) || isnan(a->sigma_s_prime))
@@ -84,7 +84,7 @@ int cmd_dipole(int argc, char **argv)
         "",
         "Diffuse reflectance of a semi-infinite medium: the total (Eq. 9) and, "
         "with --r-mm, its radial profile (Eq. 7).\v"
-        "Example: skinspec dipole --sigma-a 0.1 --sigma-s-prime 1 --eta 1.3",
+        "Example: skinspec dipole --sigma-a 0.1 --sigma-s-prime 1 --eta 1.3\n",
         NULL,
         NULL,
         NULL

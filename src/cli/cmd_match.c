@@ -172,20 +172,21 @@ static void settle_specular(struct job *job, struct spectra_row *row)
     if (s->specular == SPECULAR_UNKNOWN)
         s->specular = a->specular;
     else if (a->specular != SPECULAR_UNKNOWN && a->specular != s->specular)
-        spectra_refuse(job->spectra, row, "the row says %s, the option --specular %s",
-                       specular_name(s->specular), specular_name(a->specular));
+        spectra_refuse(job->spectra, row, SPECTRA_AT_SPECULAR,
+                       "the row says %s, the option --specular %s", specular_name(s->specular),
+                       specular_name(a->specular));
     if (!row->good || s->specular == SPECULAR_SCE)
         return;
     if (s->specular == SPECULAR_UNKNOWN) {
-        spectra_refuse(job->spectra, row, "%s", tell_specular);
+        spectra_refuse(job->spectra, row, SPECTRA_AT_SPECULAR, "%s", tell_specular);
         job->unstated = true;
     } else if (isnan(a->surface)) {
-        spectra_refuse(job->spectra, row,
+        spectra_refuse(job->spectra, row, SPECTRA_AT_SPECULAR,
                        "specular is sci: these values include the mirror reflection; say --surface "
                        "S, the part to take off (skin: about 0.04)");
         job->unstated = true;
     } else if (spectrum_remove_surface(s, a->surface, &band) != STATUS_OK) {
-        spectra_refuse(job->spectra, row,
+        spectra_refuse(job->spectra, row, (int)band,
                        "at %g nm the reflectance %g is less than the surface %g to take off",
                        spectrum_nm(s, band), s->value[band], a->surface);
     }
@@ -243,7 +244,8 @@ static void print_batch(struct job *job, size_t n)
 {
     for (size_t i = 0; i < n; i++) {
         if (job->row[i].good && job->answer[i].status != STATUS_OK)
-            spectra_refuse(job->spectra, &job->row[i], "%s", status_text(job->answer[i].status));
+            spectra_refuse(job->spectra, &job->row[i], SPECTRA_AT_ROW, "%s",
+                           status_text(job->answer[i].status));
         job->all_good = job->all_good && job->row[i].good;
         if (job->row[i].good)
             print_answer(job, i);
@@ -271,7 +273,7 @@ static int run(struct job *job)
         parallel_run(n, a->threads, answer_row, job);
         print_batch(job, n);
         spectra_position(job->spectra, &done, &total);
-        if (ferror(stdout) || (total > 0 && !progress_go_on(&progress, done, total)))
+        if (ferror(stdout) || !progress_go_on(&progress, done, total))
             s = STATUS_CANCELLED;
     }
     enum status written = out_end(&job->out);
@@ -288,25 +290,25 @@ static int run(struct job *job)
 /* What is wrong for all rows is said once. */
 static int check_bands(const struct job *job)
 {
-    const struct spectrum *bands = spectra_bands(job->spectra);
     const struct recipe *recipe = &job->table->recipe;
     static struct xyz_weights weights;
-    struct spectrum ones = *bands;
+    struct spectrum ones = *spectra_bands(job->spectra);
     for (size_t i = 0; i < ones.n; i++)
         ones.value[i] = 1.0; /* measured, for the count of common bands */
     if (job->matcher.by != MATCH_SPECTRUM)
-        return colour_weights(spectra_path(job->spectra), bands, recipe->illuminant,
-                              recipe->observer, &weights) == STATUS_OK
+        return colour_weights(job->spectra, recipe->illuminant, recipe->observer, &weights) ==
+                       STATUS_OK
                    ? EXIT_SUCCESS
                    : EXIT_FAILURE;
     size_t common = nearest_common_bands(job->table, &ones);
     if (common >= NEAREST_MIN_BANDS)
         return EXIT_SUCCESS;
-    log_error("%s: has %zu bands in common with table '%s' (%g..%g nm by %g); a comparison of "
-              "spectra needs %d",
-              spectra_path(job->spectra), common, job->table->name, recipe->first_nm,
-              recipe->first_nm + (double)(recipe->bands - 1) * recipe->step_nm, recipe->step_nm,
-              (int)NEAREST_MIN_BANDS);
+    spectra_bands_error(job->spectra,
+                        "%zu bands in common with table '%s' (%g..%g nm by %g); a comparison of "
+                        "spectra needs %d",
+                        common, job->table->name, recipe->first_nm,
+                        recipe->first_nm + (double)(recipe->bands - 1) * recipe->step_nm,
+                        recipe->step_nm, (int)NEAREST_MIN_BANDS);
     return EXIT_FAILURE;
 }
 
@@ -363,9 +365,17 @@ int cmd_match(int argc, char **argv)
         "FILE is CSV: a header whose numeric columns are wavelengths in nm, then one spectrum a "
         "row as fractions 0..1.  A table holds SCE spectra (mirror reflection excluded), so FILE "
         "must say what it holds, by a column 'specular' or by --specular.\n\n"
+        "Of an answer: 'distance' is by HOW (rgb: codes 0..441; lab: dE*ab; de2000: dE00; "
+        "spectrum: "
+        "rms of the reflectance).  L, a, b are the table's; 'dE00' is from there to the colour of "
+        "the spectrum, 'rms' from its reflectance to that of the spectrum.  'flags' tell what to "
+        "beware of: Cm_at_limit, Bm_at_limit, Ch_at_limit (the truth may lie beyond the table), "
+        "Bm_undetermined (no melanin to blend), tie (another row is as near), poor_fit (rms above "
+        "0.02: the model does not explain the spectrum), no_colour (these bands give none), "
+        "bands_zeroed (less was measured than the surface).\n\n"
         "Examples:\n"
         "  skinspec match docs/examples/skin.csv --k 3\n"
-        "  skinspec match sci.csv --specular sci --surface 0.04 --by de2000 --json",
+        "  skinspec match sci.csv --specular sci --surface 0.04 --by de2000 --json\n",
         NULL,
         NULL,
         NULL

@@ -58,7 +58,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
         a->format = OUT_NDJSON;
         break;
     case ARGP_KEY_ARG:
-        argp_error(state, "'%s' is not an option", text);
+        argp_error(state, "'%s' is not expected; values go with options, see --help", text);
         break;
     case ARGP_KEY_END:
         option_need_skin(state, a->given);
@@ -112,7 +112,7 @@ int cmd_reflectance(int argc, char **argv)
         "",
         "Diffuse reflectance of a skin per incident light, without the mirror reflection (what an "
         "SCE measurement gives), as a spectrum file.\v"
-        "Example: skinspec reflectance --cm 0.03 --bm 0.7 --ch 0.01 | skinspec match -",
+        "Example: skinspec reflectance --cm 0.03 --bm 0.7 --ch 0.01 | skinspec match -\n",
         NULL,
         NULL,
         NULL

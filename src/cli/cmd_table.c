@@ -14,11 +14,19 @@
 #include "cli/options.h"
 #include "cli/out.h"
 #include "cli/progress_bar.h"
+#include "cli/table_out.h"
 #include "db/table_build.h"
 #include "db/table_file.h"
 #include "db/table_schema.h"
 #include "db/table_verify.h"
 #include "optics/dipole.h"
+
+/* The results are out, or the command failed. */
+static int flush_exit(enum status s)
+{
+    struct out out = { .format = OUT_PLAIN };
+    return out_end(&out) == STATUS_OK && s == STATUS_OK ? EXIT_SUCCESS : EXIT_FAILURE;
+}
 
 /* ---- build ------------------------------------------------------------------ */
 
@@ -39,6 +47,7 @@ static const struct argp_option build_options[] = {
       "How the paper's model's R, G, B are read (linear)", 0 },
     { "rtree", OPTION_RTREE, NULL, 0, "Add an R*Tree on L*a*b* for SQL queries", 0 },
     { "threads", OPTION_THREADS, "N", 0, "Threads (all cores)", 0 },
+    { "json", OPTION_JSON, NULL, 0, "Describe the finished table as `table info --json` does", 0 },
     { "force", OPTION_FORCE, NULL, 0, "Replace an existing file", 0 },
     { 0 },
 };
@@ -51,6 +60,7 @@ struct build_arguments {
     struct table_build_options options;
     /* What the model decides the default of, until it is known. */
     const char *bands, *illuminant, *observer;
+    bool json;
 };
 
 static void set_axis(struct argp_state *state, const char *option, const char *text,
@@ -157,12 +167,15 @@ static error_t parse_build(int key, char *text, struct argp_state *state)
     case OPTION_FORCE:
         a->options.overwrite = true;
         break;
+    case OPTION_JSON:
+        a->json = true;
+        break;
     case OPTION_THREADS:
         a->options.threads =
             (unsigned)option_count(state, "threads", text, 1, PARALLEL_MAX_THREADS);
         break;
     case ARGP_KEY_ARG:
-        argp_error(state, "'%s' is not an option", text);
+        argp_error(state, "'%s' is not expected; values go with options, see --help", text);
         break;
     case ARGP_KEY_END:
         finish_recipe(state, a);
@@ -181,8 +194,10 @@ static int run_build(int argc, char **argv)
         "",
         "Compute a table of skins: for every (Cm, Bm, Ch) of a grid the spectrum and its colour. "
         "An axis is LO:HI:N, log:LO:HI:N or one value; where Cm is 0 there is one Bm.\v"
-        "Example: skinspec table build --model two-layer --out build/tables/table-two-layer.db\n\n"
-        "The file appears when it is complete; Ctrl-C or an error leaves nothing behind.",
+        "Examples:\n"
+        "  skinspec table build --model two-layer --out table-two-layer.db\n"
+        "  skinspec table build --model paper --out mine.db --cm log:0.01:0.4:20 --bm 1\n\n"
+        "The file appears when it is complete; nothing is left behind by Ctrl-C or an error.\n",
         NULL,
         NULL,
         NULL
@@ -193,6 +208,7 @@ static int run_build(int argc, char **argv)
         .options = { .threads = parallel_cores() },
     };
     struct progress_bar bar;
+    struct table_file_info info;
     char name[TABLE_NAME_SIZE];
     option_parse(&argp, "table build", argc, argv, &a);
     table_file_name(a.out, name);
@@ -201,7 +217,12 @@ static int run_build(int argc, char **argv)
     progress_bar_end(&bar);
     if (s == STATUS_OK)
         log_info("table '%s' of %zu rows is made: %s", name, grid_rows(&a.recipe.grid), a.out);
-    return s == STATUS_OK ? EXIT_SUCCESS : EXIT_FAILURE;
+    if (s == STATUS_OK && a.json) {
+        s = table_file_info(a.out, &info);
+        if (s == STATUS_OK)
+            table_out_info(true, a.out, &info);
+    }
+    return flush_exit(s);
 }
 
 /* ---- info and verify ---------------------------------------------------------- */
@@ -244,63 +265,6 @@ static error_t parse_look(int key, char *text, struct argp_state *state)
     return 0;
 }
 
-/* Members in the order they are printed, as text for people and JSON. */
-static void text_member(const struct look_arguments *a, cJSON *object, const char *name,
-                        const char *value)
-{
-    if (a->json)
-        cJSON_AddStringToObject(object, name, value);
-    else
-        printf("%-15s %s\n", name, value);
-}
-
-static void number_member(const struct look_arguments *a, cJSON *object, const char *name, double x)
-{
-    char text[NUMBER_TEXT_SIZE];
-    if (a->json)
-        out_member(object, name, x);
-    else
-        printf("%-15s %s\n", name, number_format_exact(x, text));
-}
-
-static void print_info(const struct look_arguments *a, const char *path,
-                       const struct table_file_info *info)
-{
-    struct table_meta meta;
-    struct out out;
-    char name[TABLE_NAME_SIZE];
-    cJSON *object = cJSON_CreateObject();
-    table_meta_of(&info->recipe, &meta);
-    table_file_name(path, name);
-    out_begin(&out, OUT_NDJSON);
-    text_member(a, object, "name", name);
-    text_member(a, object, "path", path);
-    for (size_t i = 0; i < TABLE_META_COUNT; i++) {
-        double x;
-        if (strcmp(meta.key[i], "code_version") == 0)
-            text_member(a, object, meta.key[i], info->code_version);
-        else if (number_parse(meta.value[i], &x) == STATUS_OK)
-            number_member(a, object, meta.key[i], x);
-        else
-            text_member(a, object, meta.key[i], meta.value[i]);
-    }
-    number_member(a, object, "bytes", (double)info->bytes);
-    text_member(a, object, "rtree", info->rtree ? "yes" : "no");
-    text_member(a, object, "trust", info->recipe.model->trust);
-    text_member(a, object, TABLE_CONTENT_KEY, info->content_sha256);
-    text_member(a, object, TABLE_PAGES_KEY, info->pages_sha256);
-    if (a->json)
-        out_object(&out, object);
-    else
-        cJSON_Delete(object);
-}
-
-static int flush_exit(enum status s)
-{
-    struct out out = { .format = OUT_PLAIN };
-    return out_end(&out) == STATUS_OK && s == STATUS_OK ? EXIT_SUCCESS : EXIT_FAILURE;
-}
-
 static int run_info(int argc, char **argv)
 {
     static const struct argp argp = { look_options, parse_look,
@@ -314,7 +278,7 @@ static int run_info(int argc, char **argv)
     if (find_table(a.table, a.folder, path) != STATUS_OK ||
         table_file_info(path, &info) != STATUS_OK)
         return EXIT_FAILURE;
-    print_info(&a, path, &info);
+    table_out_info(a.json, path, &info);
     return flush_exit(STATUS_OK);
 }
 
@@ -349,7 +313,7 @@ static int run_verify(int argc, char **argv)
         "TABLE",
         "Compute every row of a table anew from its own description and compare.\v"
         "The same build on the same machine gives the same bits, any other the same numbers to "
-        "1e-10; exit status 1 where they differ by more.",
+        "1e-10; exit status 1 where they differ by more.\n",
         NULL,
         NULL,
         NULL
@@ -374,8 +338,8 @@ static const struct {
     int (*run)(int argc, char **argv);
 } subcommands[] = {
     { "build", "--model M --out FILE [grid...]   compute a table", run_build },
-    { "info", "TABLE                             what it holds and how it was made", run_info },
-    { "verify", "TABLE                           compute it anew and compare", run_verify },
+    { "info", "TABLE                            what it holds and how it was made", run_info },
+    { "verify", "TABLE                            compute it anew and compare", run_verify },
 };
 
 int cmd_table(int argc, char **argv)

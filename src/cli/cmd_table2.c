@@ -55,7 +55,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
         *format = OUT_NDJSON;
         break;
     case ARGP_KEY_ARG:
-        argp_error(state, "'%s' is not an option", text);
+        argp_error(state, "'%s' is not expected; values go with options, see --help", text);
         break;
     default:
         return ARGP_ERR_UNKNOWN;
@@ -143,7 +143,7 @@ int cmd_table2(int argc, char **argv)
         "",
         "The paper's Table 2 recomputed by its own procedure (model `paper`), with the printed "
         "value and the difference.\v"
-        "docs/physics.md tells how the procedure was found out.",
+        "docs/physics.md tells how the procedure was found out.\n",
         NULL,
         NULL,
         NULL

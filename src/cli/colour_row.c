@@ -1,7 +1,6 @@
 /* colour_row.c - spectrum -> XYZ -> everything else. */
 #include "cli/colour_row.h"
 
-#include "base/log.h"
 #include "colour/lab.h"
 #include "colour/srgb.h"
 
@@ -16,19 +15,39 @@ void colour_row_of(const struct xyz_weights *weights, const double *value, struc
     ret->ITA = lab_ita_deg(ret->Lab);
 }
 
-enum status colour_weights(const char *path, const struct spectrum *bands,
-                           enum illuminant illuminant, enum observer observer,
-                           struct xyz_weights *ret)
+bool colour_is_adapted(enum illuminant illuminant, enum observer observer)
 {
+    return illuminant != ILLUMINANT_D65 || observer != OBSERVER_2DEG;
+}
+
+void colour_row_json(cJSON *object, const struct colour_row *colour, bool adapted)
+{
+    cJSON_AddItemToObject(object, "XYZ", out_numbers(colour->XYZ, 3));
+    cJSON_AddItemToObject(object, "Lab", out_numbers(colour->Lab, 3));
+    cJSON_AddItemToObject(object, "LCh", out_numbers(colour->LCh, 3));
+    cJSON_AddItemToObject(object, "sRGB", cJSON_CreateIntArray(colour->sRGB, 3));
+    cJSON_AddBoolToObject(object, "clipped", colour->clipped);
+    cJSON_AddBoolToObject(object, "adapted", adapted);
+    out_member(object, "ITA", colour->ITA);
+    cJSON_AddStringToObject(object, "ITA_class", lab_ita_class(colour->ITA));
+    cJSON_AddStringToObject(object, "ITA_scheme", LAB_ITA_SCHEME);
+}
+
+enum status colour_weights(const struct spectra *spectra, enum illuminant illuminant,
+                           enum observer observer, struct xyz_weights *ret)
+{
+    const struct spectrum *bands = spectra_bands(spectra);
     enum status s =
         xyz_weights_init(illuminant, observer, bands->first_nm, bands->step_nm, bands->n, ret);
     double last_nm = spectrum_nm(bands, bands->n - 1);
     if (s == STATUS_RANGE)
-        log_error("%s: bands %g..%g nm are too few for colour; it needs 400..700 nm at least", path,
-                  bands->first_nm, last_nm);
+        spectra_bands_error(spectra,
+                            "bands %g..%g nm are too few for colour; it needs 400..700 nm at least",
+                            bands->first_nm, last_nm);
     else if (s != STATUS_OK)
-        log_error("%s: bands by %g nm from %g; colour needs steps of 10, 5 or 1 nm on whole "
-                  "multiples of the step",
-                  path, bands->step_nm, bands->first_nm);
+        spectra_bands_error(spectra,
+                            "bands by %g nm from %g; colour needs steps of 10, 5 or 1 nm on whole "
+                            "multiples of the step",
+                            bands->step_nm, bands->first_nm);
     return s;
 }

@@ -4,6 +4,8 @@
 
 #include <stdbool.h>
 
+#include "cli/out.h"
+#include "cli/spectra.h"
 #include "colour/xyz.h"
 
 struct colour_row {
@@ -15,10 +17,15 @@ struct colour_row {
 
 void colour_row_of(const struct xyz_weights *weights, const double *value, struct colour_row *ret);
 
-/* Weights for a file's bands; why there are none is logged under the path.
- * Statuses of xyz_weights_init(). */
-enum status colour_weights(const char *path, const struct spectrum *bands,
-                           enum illuminant illuminant, enum observer observer,
-                           struct xyz_weights *ret);
+/* sRGB's white is D65 for 2 degrees; from any other it is adapted by Bradford. */
+bool colour_is_adapted(enum illuminant illuminant, enum observer observer);
+
+/* The members XYZ, Lab, LCh, sRGB, clipped, adapted, ITA and its class. */
+void colour_row_json(cJSON *object, const struct colour_row *colour, bool adapted);
+
+/* Weights for a file's bands; why there are none is logged.  Statuses of
+ * xyz_weights_init(). */
+enum status colour_weights(const struct spectra *spectra, enum illuminant illuminant,
+                           enum observer observer, struct xyz_weights *ret);
 
 #endif

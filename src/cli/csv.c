@@ -132,8 +132,12 @@ static enum status read_field(struct csv *csv, struct csv_record *r, int *c)
     while (s == STATUS_OK && *c != ',' && *c != '\n' && *c != EOF) {
         if (is_binary(*c))
             return fail(csv, csv->line, csv->column - 1, not_text);
+        bool cr = *c == '\r';
         s = put(csv, r, *c);
         *c = next_byte(csv);
+        if (s == STATUS_OK && cr && *c != '\n' && *c != EOF)
+            return fail(csv, csv->line, csv->column - 2,
+                        "a carriage return alone ends this line; expected LF or CRLF");
     }
     /* CRLF: the carriage return is no part of the last field. */
     if (s == STATUS_OK && (*c == '\n' || *c == EOF) && r->size > 0 &&

@@ -18,8 +18,8 @@ static int is_path(const char *table)
 static enum status not_found(const char *table)
 {
     if (model_find(table) != NULL)
-        log_error("there is no table '%s' yet; make it with: skinspec table build --model %s --out "
-                  "build/tables/table-%s.db",
+        log_error("there is no table '%s' yet; make it with: mkdir -p build/tables && skinspec "
+                  "table build --model %s --out build/tables/table-%s.db",
                   table, table, table);
     else
         log_error("there is no table '%s'; give a path, or a name after 'skinspec table build "

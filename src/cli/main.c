@@ -60,7 +60,12 @@ int main(int argc, char **argv)
         return EXIT_USAGE;
     }
     const char *name = argv[1];
-    if (strcmp(name, "--help") == 0 || strcmp(name, "-?") == 0 || strcmp(name, "help") == 0) {
+    if (strcmp(name, "help") == 0 && argc == 3) { /* `help match`: `match --help` */
+        static char help[] = "--help";
+        name = argv[1] = argv[2];
+        argv[2] = help;
+    } else if (strcmp(name, "--help") == 0 || strcmp(name, "-?") == 0 ||
+               strcmp(name, "help") == 0) {
         print_help(stdout);
         return EXIT_SUCCESS;
     }

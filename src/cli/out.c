@@ -79,14 +79,20 @@ enum status out_end(struct out *out)
 
 cJSON *out_numbers(const double *x, size_t n)
 {
-    cJSON *array = cJSON_CreateDoubleArray(x, (int)n);
-    if (array == NULL)
-        out_of_memory();
+    cJSON *array = cJSON_CreateArray();
+    for (size_t i = 0; i < n; i++) {
+        char text[NUMBER_TEXT_SIZE];
+        cJSON *item =
+            isfinite(x[i]) ? cJSON_CreateRaw(number_format_exact(x[i], text)) : cJSON_CreateNull();
+        if (item == NULL || !cJSON_AddItemToArray(array, item))
+            out_of_memory();
+    }
     return array;
 }
 
 void out_member(cJSON *object, const char *name, double x)
 {
-    if (!isnan(x) && cJSON_AddNumberToObject(object, name, x) == NULL)
+    char text[NUMBER_TEXT_SIZE];
+    if (isfinite(x) && cJSON_AddRawToObject(object, name, number_format_exact(x, text)) == NULL)
         out_of_memory();
 }

@@ -48,7 +48,7 @@ static bool report(void *context, size_t done, size_t total)
     double t = now();
     /* What is over in a moment needs no bar; one that was begun is also finished. */
     bool due = bar->shown > 0.0 ? done == total || t - bar->shown >= 0.1 : t - bar->began >= 0.3;
-    if (bar->terminal && due) {
+    if (bar->terminal && due && total > 0) { /* of a pipe the end is not known */
         draw(bar, done, total, t - bar->began);
         bar->shown = t;
     }

@@ -90,19 +90,38 @@ static const char *shown(const char *text, char cut[48])
 
 /* ---- header ---------------------------------------------------------------- */
 
+static void log_at_header(const struct spectra *s, size_t field, const char *format, va_list args)
+    __attribute__((format(printf, 3, 0)));
+
+static void log_at_header(const struct spectra *s, size_t field, const char *format, va_list args)
+{
+    char text[SPECTRA_ERROR_SIZE];
+    const struct csv_field *f = &s->header.field[field];
+    vsnprintf(text, sizeof text, format, args);
+    log_error("%s:%zu:%zu: %s", s->path, f->line, f->column, text);
+}
+
 static enum status header_error(const struct spectra *s, size_t field, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
 static enum status header_error(const struct spectra *s, size_t field, const char *format, ...)
 {
-    char text[SPECTRA_ERROR_SIZE];
     va_list args;
     va_start(args, format);
-    vsnprintf(text, sizeof text, format, args);
+    log_at_header(s, field, format, args);
     va_end(args);
-    const struct csv_field *f = &s->header.field[field];
-    log_error("%s:%zu:%zu: %s", s->path, f->line, f->column, text);
     return STATUS_FORMAT;
+}
+
+void spectra_bands_error(const struct spectra *spectra, const char *format, ...)
+{
+    va_list args;
+    size_t field = 0;
+    while (spectra->band[field] != 0) /* a file without bands was not opened */
+        field++;
+    va_start(args, format);
+    log_at_header(spectra, field, format, args);
+    va_end(args);
 }
 
 static bool is_digit(char c)
@@ -165,7 +184,7 @@ static enum status check_bands(const struct spectra *s)
     if (s->bands.n == 0)
         return header_error(s, 0,
                             "no wavelengths in the header; expected one row per spectrum and "
-                            "columns named by nm: id,400,410,...,700");
+                            "columns named by the nm alone: id,400,410,...,700");
     if (s->bands.n < 2)
         return header_error(s, 0, "only one wavelength in the header; expected 400 to 700 nm");
     double last_nm = spectrum_nm(&s->bands, s->bands.n - 1);
@@ -195,6 +214,8 @@ static enum status stream_error(const struct spectra *s, enum status status)
 {
     if (status == STATUS_FORMAT)
         log_error("%s:%zu:%zu: %s", s->path, s->csv.error_line, s->csv.error_column, s->csv.error);
+    else if (status == STATUS_IO && errno == EINTR)
+        ; /* whoever pressed Ctrl-C knows */
     else if (status == STATUS_IO)
         log_error("%s: %s", s->path, strerror(errno));
     else if (status != STATUS_NOT_FOUND)
@@ -248,25 +269,36 @@ void spectra_close(struct spectra *spectra)
 
 /* ---- rows ------------------------------------------------------------------- */
 
-static void refuse_at(const struct spectra *s, struct spectra_row *row, size_t line, size_t column,
-                      const char *format, va_list args) __attribute__((format(printf, 5, 0)));
+static void refuse_at(const struct spectra *s, struct spectra_row *row, size_t field,
+                      const char *format, va_list args) __attribute__((format(printf, 4, 0)));
 
-static void refuse_at(const struct spectra *s, struct spectra_row *row, size_t line, size_t column,
+static void refuse_at(const struct spectra *s, struct spectra_row *row, size_t field,
                       const char *format, va_list args)
 {
+    const struct csv_field *f = &row->record.field[field];
     vsnprintf(row->error, sizeof row->error, format, args);
     row->good = false;
-    if (column > 0)
-        log_error("%s:%zu:%zu: %s", s->path, line, column, row->error);
-    else
-        log_error("%s:%zu: %s", s->path, line, row->error);
+    log_error("%s:%zu:%zu: %s", s->path, f->line, f->column, row->error);
 }
 
-void spectra_refuse(const struct spectra *spectra, struct spectra_row *row, const char *format, ...)
+/* The column a message points to; the row is as wide as the header, or it would
+ * have been refused before. */
+static size_t column_of(const struct spectra *s, int at)
+{
+    if (at == SPECTRA_AT_SPECULAR && spectra_has_specular(s))
+        return s->specular_column;
+    for (size_t i = 0; at >= 0 && i < s->header.n; i++)
+        if (s->band[i] == at)
+            return i;
+    return 0;
+}
+
+void spectra_refuse(const struct spectra *spectra, struct spectra_row *row, int at,
+                    const char *format, ...)
 {
     va_list args;
     va_start(args, format);
-    refuse_at(spectra, row, row->line, 0, format, args);
+    refuse_at(spectra, row, column_of(spectra, at), format, args);
     va_end(args);
 }
 
@@ -278,9 +310,8 @@ static bool bad_field(const struct spectra *s, struct spectra_row *row, size_t c
                       const char *format, ...)
 {
     va_list args;
-    const struct csv_field *f = &row->record.field[column];
     va_start(args, format);
-    refuse_at(s, row, f->line, f->column, format, args);
+    refuse_at(s, row, column, format, args);
     va_end(args);
     return false;
 }
@@ -313,8 +344,8 @@ static bool check_width(const struct spectra *s, struct spectra_row *row)
                          "%zu fields where the header has %zu; these look like decimal commas: "
                          "write numbers with a point",
                          row->record.n, s->header.n);
-    return bad_field(s, row, last, "%zu fields where the header has %zu", row->record.n,
-                     s->header.n);
+    return bad_field(s, row, last, "%zu field%s where the header has %zu", row->record.n,
+                     row->record.n == 1 ? "" : "s", s->header.n);
 }
 
 static bool bad_number(const struct spectra *s, struct spectra_row *row, size_t column,
@@ -403,9 +434,21 @@ static void read_row(const struct spectra *s, struct spectra_row *row)
             read_value(s, row, i);
 }
 
+/* What spreadsheets leave below their data: ",,,," */
+static bool is_blank(const struct csv_record *record)
+{
+    for (size_t i = 0; i < record->n; i++)
+        if (*record->field[i].text != '\0')
+            return false;
+    return true;
+}
+
 enum status spectra_next(struct spectra *spectra, struct spectra_row *row)
 {
-    enum status status = csv_read(&spectra->csv, &row->record);
+    enum status status;
+    do
+        status = csv_read(&spectra->csv, &row->record);
+    while (status == STATUS_OK && is_blank(&row->record));
     if (status != STATUS_OK)
         return stream_error(spectra, status);
     row->number = ++spectra->rows;

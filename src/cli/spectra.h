@@ -4,6 +4,8 @@
  * spaced; one row per spectrum; reflectance as a fraction.  Other columns are
  * carried through; two of them mean something: `id`, and `specular` (sce or sci).
  *
+ * Rows whose fields are all empty are passed over.
+ *
  * What is wrong with the file stops the reading and is logged as
  * file:line:column: ...; what is wrong with a row is logged the same way and
  * kept with the row, and reading goes on. */
@@ -42,9 +44,17 @@ void spectra_close(struct spectra *spectra); /* takes NULL */
 enum status spectra_next(struct spectra *spectra, struct spectra_row *row);
 void spectra_row_done(struct spectra_row *row);
 
-/* Log a message at a row as file:line: and mark the row bad with it. */
-void spectra_refuse(const struct spectra *spectra, struct spectra_row *row, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
+/* What of a row a message is about: the row, its `specular` (the row where there is
+ * no such column), or a band from 0 on. */
+enum { SPECTRA_AT_ROW = -1, SPECTRA_AT_SPECULAR = -2 };
+
+/* Log a message as file:line:column: and mark the row bad with it. */
+void spectra_refuse(const struct spectra *spectra, struct spectra_row *row, int at,
+                    const char *format, ...) __attribute__((format(printf, 4, 5)));
+
+/* Log a message about the wavelengths as file:line:column: of the first. */
+void spectra_bands_error(const struct spectra *spectra, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
 
 /* The bands all rows have, in a spectrum without values. */
 const struct spectrum *spectra_bands(const struct spectra *spectra);
