@@ -18,24 +18,28 @@ PKG_LIBS   = $(shell pkg-config --libs $(PACKAGES))
 
 core_c  := $(wildcard src/base/*.c src/optics/*.c src/colour/*.c src/match/*.c)
 db_c    := $(wildcard db/*.c)
+drivers_c := $(wildcard drivers/*.c drivers/*/*.c)
 cli_c   := $(wildcard src/cli/*.c)
 tests_c := $(wildcard tests/*/test_*.c)
-support_c := $(wildcard tests/support/*.c)
-all_h   := $(wildcard src/*.h src/*/*.h db/*.h tests/*/*.h)
+support_c := $(wildcard tests/support/*.c) tests/drivers/contract.c
+all_h   := $(wildcard src/*.h src/*/*.h db/*.h drivers/*.h drivers/*/*.h tests/*/*.h)
 public_h := $(shell sed -n 's/^.include "\(.*\)".*/\1/p' src/skinspec.h)
 objects  = $(patsubst %.c,$(BUILD)/obj/%.o,$(1))
 core_o  := $(call objects,$(core_c))
 db_o    := $(call objects,$(db_c))
+drivers_o := $(call objects,$(drivers_c))
 cli_o   := $(call objects,$(cli_c))
 tests   := $(patsubst tests/%.c,$(BUILD)/tests/%,$(tests_c))
 
+unity   := build/unity
 lib_a   := $(BUILD)/libskinspec.a
 lib_so  := $(BUILD)/libskinspec.so.0
 program := $(BUILD)/skinspec
 tables  := $(BUILD)/tables/table-two-layer.db $(BUILD)/tables/table-paper.db
 
-.PHONY: help all demo test asan cover lint format install clean need-build need-test need-lint
+.PHONY: FORCE help all demo test asan cover lint format install clean need-build need-test need-lint
 .DELETE_ON_ERROR:
+.SECONDARY:
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -52,21 +56,21 @@ asan: ## all tests under AddressSanitizer and UndefinedBehaviorSanitizer
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan CFLAGS='-O1 -g -fno-omit-frame-pointer' \
 	    EXTRA='-fsanitize=address,undefined -fno-sanitize-recover=all' test
 
-cover: need-cover ## coverage of optics, colour, match and db: 95 % of lines, 90 % of branches
+cover: need-cover ## coverage of optics, colour, match, db and drivers: 95 % of lines, 90 % of branches
 	@rm -rf $(BUILD)/cover/obj
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/cover CFLAGS='-O0 -g' EXTRA='--coverage' test
 	@cd $(BUILD)/cover && gcovr --root $(CURDIR) --object-directory obj --exclude-throw-branches \
-	    --filter '$(CURDIR)/src/(optics|colour|match)/' --filter '$(CURDIR)/db/' --sort-percentage \
+	    --filter '$(CURDIR)/src/(optics|colour|match)/' --filter '$(CURDIR)/(db|drivers)/' --sort-percentage \
 	    --txt - --fail-under-line 95
 	@cd $(BUILD)/cover && gcovr --root $(CURDIR) --object-directory obj --exclude-throw-branches \
-	    --filter '$(CURDIR)/src/(optics|colour|match)/' --filter '$(CURDIR)/db/' --branches \
+	    --filter '$(CURDIR)/src/(optics|colour|match)/' --filter '$(CURDIR)/(db|drivers)/' --branches \
 	    --txt - --fail-under-branch 90
 
 lint: need-lint ## layout, static analysis, and warnings of gcc and clang as errors
 	@tools/lint
 
 format: need-lint ## lay out the sources by clang-format
-	@clang-format -i $(core_c) $(db_c) $(cli_c) $(tests_c) $(support_c) $(all_h) docs/examples/*.c
+	@clang-format -i $(core_c) $(db_c) $(drivers_c) $(cli_c) $(tests_c) $(support_c) $(all_h) docs/examples/*.c
 
 install: all ## program, library, headers and examples below DESTDIR/PREFIX
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig \
@@ -91,35 +95,40 @@ need-build:
 	@tools/need cmd:cc=gcc cmd:pkg-config=pkg-config file:/usr/include/argp.h=libc6-dev \
 	    lib:sqlite3=libsqlite3-dev lib:nettle=nettle-dev lib:libcjson=libcjson-dev
 
-need-test: need-build $(BUILD)/unity/unity.c
+need-test: need-build $(unity)/unity.c
 	@tools/need cmd:python3=python3
 
 need-cover: need-test
 	@tools/need cmd:gcovr=gcovr
 
-need-lint: need-build $(BUILD)/unity/unity.c
+need-lint: need-build $(unity)/unity.c
 	@tools/need cmd:clang=clang cmd:clang-format=clang-format cmd:clang-tidy=clang-tidy \
 	    cmd:cppcheck=cppcheck
 
-$(BUILD)/unity/unity.c:
-	@tools/fetch-unity $(BUILD)/unity
+$(unity)/unity.c:
+	@tools/fetch-unity $(unity)
 
 # ---- how things are made ------------------------------------------------------------
 
-$(BUILD)/obj/%.o: %.c | need-build
+# Other flags, other objects: this file changes when they do.
+$(BUILD)/flags: FORCE | need-build
+	@mkdir -p $(@D)
+	@echo '$(ALL_CFLAGS)' | cmp -s - $@ || echo '$(ALL_CFLAGS)' > $@
+
+$(BUILD)/obj/%.o: %.c $(BUILD)/flags | need-build
 	@mkdir -p $(@D)
 	@echo "  CC $<"
 	@$(CC) $(ALL_CFLAGS) $(PKG_CFLAGS) -MMD -MP -c $< -o $@
 
-$(BUILD)/obj/src/cli/cmd_demo.o: EXTRA += -DSKINSPEC_EXAMPLES='"$(PREFIX)/share/skinspec/examples"'
+$(BUILD)/obj/src/cli/cmd_demo.o: override EXTRA += -DSKINSPEC_EXAMPLES='"$(PREFIX)/share/skinspec/examples"'
 
 # Somebody else's sources: our warnings do not apply.
-$(BUILD)/obj/unity.o: $(BUILD)/unity/unity.c | need-build
+$(BUILD)/obj/unity.o: $(unity)/unity.c $(BUILD)/flags | need-build
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) -w -DUNITY_INCLUDE_DOUBLE -c $< -o $@
 
-$(BUILD)/obj/tests/%.o: EXTRA += -isystem $(BUILD)/unity -DUNITY_INCLUDE_DOUBLE
-$(patsubst %.c,$(BUILD)/obj/%.o,$(tests_c)): | $(BUILD)/unity/unity.c
+$(BUILD)/obj/tests/%.o: override EXTRA += -isystem $(unity) -DUNITY_INCLUDE_DOUBLE
+$(patsubst %.c,$(BUILD)/obj/%.o,$(tests_c) $(support_c)): | $(unity)/unity.c
 
 $(lib_a): $(core_o)
 	@rm -f $@
@@ -136,7 +145,7 @@ $(program): $(cli_o) $(db_o) $(lib_a)
 
 # A test may use everything but the main program.
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(call objects,$(support_c)) $(BUILD)/obj/unity.o \
-        $(filter-out $(BUILD)/obj/src/cli/main.o,$(cli_o)) $(db_o) $(lib_a)
+        $(filter-out $(BUILD)/obj/src/cli/main.o,$(cli_o)) $(db_o) $(drivers_o) $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
 
@@ -144,4 +153,4 @@ $(BUILD)/tables/table-%.db: | $(program)
 	@mkdir -p $(@D)
 	@$(program) table build --model $* --out $@
 
--include $(patsubst %.o,%.d,$(core_o) $(db_o) $(cli_o) $(call objects,$(tests_c) $(support_c)))
+-include $(patsubst %.o,%.d,$(core_o) $(db_o) $(drivers_o) $(cli_o) $(call objects,$(tests_c) $(support_c)))
