@@ -106,6 +106,7 @@ need-lint: need-build $(unity)/unity.c
 	    cmd:cppcheck=cppcheck
 
 $(unity)/unity.c:
+	@tools/need cmd:xz=xz-utils
 	@tools/fetch-unity $(unity)
 
 # ---- how things are made ------------------------------------------------------------
