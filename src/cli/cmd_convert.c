@@ -39,23 +39,15 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case OPTION_STRICT:
         a->strict = true;
         break;
-    case OPTION_JSON:
-        a->format = OUT_JSON;
-        break;
-    case OPTION_NDJSON:
-        a->format = OUT_NDJSON;
-        break;
     case ARGP_KEY_ARG:
-        if (a->path != NULL)
-            argp_error(state, "one FILE at a time");
-        a->path = text;
+        option_file(state, text, &a->path);
         break;
     case ARGP_KEY_END:
         if (a->path == NULL)
             argp_error(state, "which FILE? '-' reads standard input");
         break;
     default:
-        return ARGP_ERR_UNKNOWN;
+        return option_format(key, &a->format) ? 0 : ARGP_ERR_UNKNOWN;
     }
     return 0;
 }

@@ -51,12 +51,6 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case OPTION_BANDS:
         a->bands = option_bands(state, text);
         break;
-    case OPTION_JSON:
-        a->format = OUT_JSON;
-        break;
-    case OPTION_NDJSON:
-        a->format = OUT_NDJSON;
-        break;
     case ARGP_KEY_ARG:
         argp_error(state, "'%s' is not expected; values go with options, see --help", text);
         break;
@@ -64,7 +58,10 @@ static error_t parse(int key, char *text, struct argp_state *state)
         option_need_skin(state, a->given);
         break;
     default:
-        return option_skin(key, text, state, &a->tissue, &a->given) ? 0 : ARGP_ERR_UNKNOWN;
+        return option_format(key, &a->format) ||
+                       option_skin(key, text, state, &a->tissue, &a->given)
+                   ? 0
+                   : ARGP_ERR_UNKNOWN;
     }
     return 0;
 }

@@ -48,17 +48,11 @@ static error_t parse(int key, char *text, struct argp_state *state)
 {
     enum out_format *format = state->input;
     switch (key) {
-    case OPTION_JSON:
-        *format = OUT_JSON;
-        break;
-    case OPTION_NDJSON:
-        *format = OUT_NDJSON;
-        break;
     case ARGP_KEY_ARG:
         argp_error(state, "'%s' is not expected; values go with options, see --help", text);
         break;
     default:
-        return ARGP_ERR_UNKNOWN;
+        return option_format(key, format) ? 0 : ARGP_ERR_UNKNOWN;
     }
     return 0;
 }

@@ -46,6 +46,21 @@ enum observer option_observer(struct argp_state *state, const char *text)
     return observer;
 }
 
+bool option_format(int key, enum out_format *format)
+{
+    if (key != OPTION_JSON && key != OPTION_NDJSON)
+        return false;
+    *format = key == OPTION_JSON ? OUT_JSON : OUT_NDJSON;
+    return true;
+}
+
+void option_file(struct argp_state *state, const char *text, const char **path)
+{
+    if (*path != NULL)
+        argp_error(state, "one FILE at a time");
+    *path = text;
+}
+
 struct option_bands option_bands(struct argp_state *state, const char *text)
 {
     struct option_bands b = { 0 };

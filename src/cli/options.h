@@ -39,6 +39,12 @@ size_t option_count(struct argp_state *state, const char *option, const char *te
 enum illuminant option_illuminant(struct argp_state *state, const char *text);
 enum observer option_observer(struct argp_state *state, const char *text);
 
+/* --json and --ndjson; false where the key is neither. */
+bool option_format(int key, enum out_format *format);
+
+/* The one FILE a command takes. */
+void option_file(struct argp_state *state, const char *text, const char **path);
+
 struct option_bands {
     double first_nm, step_nm;
     size_t n;
