@@ -35,6 +35,12 @@ MEASURED = os.environ.get(
 EXAMPLES = os.path.join(ROOT, "docs", "examples", "skin.csv")
 TIMEOUT_S = 120
 
+# A shell starts background jobs with SIGINT ignored, and the program leaves what is ignored
+# alone; the tests that stop it need the usual course.
+for _signal in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    if signal.getsignal(_signal) == signal.SIG_IGN:
+        signal.signal(_signal, signal.SIG_DFL)
+
 # Sanitizers and coverage slow the program, and the first keep freed memory: limits are not
 # for them.
 with open(SKINSPEC, "rb") as _program:
