@@ -1,0 +1,19 @@
+/* registry.c - one line per driver. */
+#include "drivers/registry.h"
+
+#include <string.h>
+
+#include "drivers/simulated/simulated.h"
+
+const struct driver *const driver_registry[] = {
+    &simulated_driver,
+    NULL,
+};
+
+const struct driver *driver_find(const char *name)
+{
+    for (size_t i = 0; driver_registry[i] != NULL; i++)
+        if (strcmp(driver_registry[i]->name, name) == 0)
+            return driver_registry[i];
+    return NULL;
+}

@@ -1,0 +1,37 @@
+/* contract.h - what drivers/driver.h asks of every driver, as tests.
+ *
+ * A driver passes with a row in test_contract.c: how to have its instrument, or
+ * what stands for it, in each of these situations. */
+#ifndef SKINSPEC_TESTS_DRIVERS_CONTRACT_H
+#define SKINSPEC_TESTS_DRIVERS_CONTRACT_H
+
+#include "drivers/driver.h"
+
+enum contract_situation {
+    CONTRACT_SOUND,        /* quick, whole, uncalibrated; button not pressed; some samples */
+    CONTRACT_TAKES_TIME,   /* sound, but every calibration and shot takes a second or more */
+    CONTRACT_FALLS_SILENT, /* never answers its second shot, all others well and quickly */
+    CONTRACT_SILENT,       /* does not answer even when it is opened */
+    CONTRACT_SITUATIONS
+};
+
+struct contract_fixture {
+    const struct driver *driver;
+
+    /* Set it up and give its address; the same situation means the same instrument,
+     * switched off and on.  NULL: cannot be had, its tests are skipped. */
+    const char *(*set_up)(enum contract_situation situation);
+    void (*tear_down)(void);
+
+    /* Whether two instruments set up alike measure exactly alike. */
+    bool deterministic;
+};
+
+/* Run the suite with Unity, between UNITY_BEGIN and UNITY_END. */
+void contract_run(const struct contract_fixture *fixture);
+
+/* For the program's setUp() and tearDown(). */
+void contract_set_up(void);
+void contract_tear_down(void);
+
+#endif

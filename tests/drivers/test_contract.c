@@ -1,0 +1,141 @@
+/* test_contract.c - the contract of every driver in the registry, and the names. */
+#include "tests/drivers/contract.h"
+
+#include <string.h>
+
+#include "drivers/registry.h"
+#include "drivers/simulated/simulated.h"
+#include "unity.h"
+
+/* ---- how to have each instrument ----------------------------------------------------- */
+
+static const char *set_up_simulated(enum contract_situation situation)
+{
+    static const char *const address[CONTRACT_SITUATIONS] = {
+        [CONTRACT_SOUND] = "speed=instant,stored=3",
+        [CONTRACT_TAKES_TIME] = "shot_ms=1000,calibrate_ms=1000,charge_ms=100",
+        [CONTRACT_FALLS_SILENT] = "speed=instant,fault=measure:2:silence",
+        [CONTRACT_SILENT] = "speed=instant,fault=open:1:silence",
+    };
+    return address[situation];
+}
+
+static void tear_down_simulated(void)
+{
+}
+
+static const struct contract_fixture fixtures[] = {
+    { &simulated_driver, set_up_simulated, tear_down_simulated, .deterministic = true },
+};
+enum { FIXTURES = sizeof fixtures / sizeof *fixtures };
+
+static bool contract_runs;
+
+void setUp(void)
+{
+    if (contract_runs)
+        contract_set_up();
+}
+
+void tearDown(void)
+{
+    if (contract_runs)
+        contract_tear_down();
+}
+
+/* ---- the registry ---------------------------------------------------------------------- */
+
+static void test_every_driver_is_under_contract(void)
+{
+    size_t n = 0;
+    for (; driver_registry[n] != NULL; n++) {
+        const struct driver *d = driver_registry[n];
+        bool found = false;
+        for (size_t i = 0; i < FIXTURES; i++)
+            found = found || fixtures[i].driver == d;
+        TEST_ASSERT_TRUE_MESSAGE(found, d->name);
+        TEST_ASSERT_EQUAL_PTR_MESSAGE(d, driver_find(d->name), d->name);
+    }
+    TEST_ASSERT_EQUAL_size_t(FIXTURES, n);
+}
+
+static void test_find_refuses(void)
+{
+    static const char *const unknown[] = { "", "Simulated", "simulated:", "simulate", "km" };
+    for (size_t i = 0; i < sizeof unknown / sizeof *unknown; i++)
+        TEST_ASSERT_NULL_MESSAGE(driver_find(unknown[i]), unknown[i]);
+}
+
+/* ---- names ------------------------------------------------------------------------------- */
+
+static const char *result_name(size_t value)
+{
+    return driver_result_name((enum driver_result)value);
+}
+
+static const char *geometry_name(size_t value)
+{
+    return driver_geometry_name((enum driver_geometry)value);
+}
+
+static const char *calibration_name(size_t value)
+{
+    return driver_calibration_name((enum driver_calibration)value);
+}
+
+/* expect: the tokens that reach the socket, which never change */
+static const struct names_case {
+    const char *what;
+    const char *(*name)(size_t value);
+    const char *expect[13]; /* from 0; then NULL */
+} names_cases[] = {
+    { "result",
+      result_name,
+      { "ok", "cancelled", "timeout", "gone", "busy", "refused", "implausible", "protocol",
+        "battery", "fault", "unsupported", "no_permission" } },
+    { "geometry", geometry_name, { "d/8", "45/0" } },
+    { "calibration", calibration_name, { "zero", "white" } },
+    { "warning",
+      driver_warning_name,
+      { "battery_low", "lamp_weak", "calibration_old", "temperature" } },
+};
+
+static void test_names(void)
+{
+    for (size_t i = 0; i < sizeof names_cases / sizeof *names_cases; i++) {
+        const struct names_case *c = &names_cases[i];
+        size_t n = 0;
+        for (; c->expect[n] != NULL; n++)
+            TEST_ASSERT_EQUAL_STRING_MESSAGE(c->expect[n], c->name(n), c->what);
+        TEST_ASSERT_EQUAL_STRING_MESSAGE("unknown", c->name(n), c->what);
+        TEST_ASSERT_EQUAL_STRING_MESSAGE("unknown", c->name((size_t)-1), c->what);
+    }
+}
+
+static void test_fail_cuts_what_is_too_long(void)
+{
+    struct driver_error error;
+    char text[2 * DRIVER_TEXT_SIZE];
+    memset(text, 'x', sizeof text - 1);
+    text[sizeof text - 1] = '\0';
+    TEST_ASSERT_EQUAL_INT(DRIVER_BUSY, driver_fail(&error, DRIVER_BUSY, text, "%s", text));
+    TEST_ASSERT_EQUAL_INT(DRIVER_BUSY, error.result);
+    TEST_ASSERT_EQUAL_size_t(DRIVER_TEXT_SIZE - 1, strlen(error.text));
+    TEST_ASSERT_EQUAL_size_t(DRIVER_CODE_SIZE - 1, strlen(error.code));
+    TEST_ASSERT_EQUAL_INT(DRIVER_GONE, driver_fail(&error, DRIVER_GONE, NULL, "%d", 7));
+    TEST_ASSERT_EQUAL_STRING("", error.code);
+    TEST_ASSERT_EQUAL_STRING("7", error.text);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_every_driver_is_under_contract);
+    RUN_TEST(test_find_refuses);
+    RUN_TEST(test_names);
+    RUN_TEST(test_fail_cuts_what_is_too_long);
+    contract_runs = true;
+    for (size_t i = 0; i < FIXTURES; i++)
+        contract_run(&fixtures[i]);
+    return UNITY_END();
+}
