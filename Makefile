@@ -18,6 +18,7 @@ PKG_LIBS   = $(shell pkg-config --libs $(PACKAGES))
 
 core_c  := $(wildcard src/base/*.c src/optics/*.c src/colour/*.c src/match/*.c)
 db_c    := $(wildcard db/*.c)
+station_c := $(wildcard src/station/*.c)
 drivers_c := $(wildcard drivers/*.c drivers/*/*.c)
 cli_c   := $(wildcard src/cli/*.c)
 tests_c := $(wildcard tests/*/test_*.c)
@@ -27,6 +28,7 @@ public_h := $(shell sed -n 's/^.include "\(.*\)".*/\1/p' src/skinspec.h)
 objects  = $(patsubst %.c,$(BUILD)/obj/%.o,$(1))
 core_o  := $(call objects,$(core_c))
 db_o    := $(call objects,$(db_c))
+station_o := $(call objects,$(station_c))
 drivers_o := $(call objects,$(drivers_c))
 cli_o   := $(call objects,$(cli_c))
 tests   := $(patsubst tests/%.c,$(BUILD)/tests/%,$(tests_c))
@@ -70,7 +72,7 @@ lint: need-lint ## layout, static analysis, and warnings of gcc and clang as err
 	@tools/lint
 
 format: need-lint ## lay out the sources by clang-format
-	@clang-format -i $(core_c) $(db_c) $(drivers_c) $(cli_c) $(tests_c) $(support_c) $(all_h) docs/examples/*.c
+	@clang-format -i $(core_c) $(station_c) $(db_c) $(drivers_c) $(cli_c) $(tests_c) $(support_c) $(all_h) docs/examples/*.c
 
 install: all ## program, library, headers and examples below DESTDIR/PREFIX
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig \
@@ -146,7 +148,7 @@ $(program): $(cli_o) $(db_o) $(lib_a)
 
 # A test may use everything but the main program.
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(call objects,$(support_c)) $(BUILD)/obj/unity.o \
-        $(filter-out $(BUILD)/obj/src/cli/main.o,$(cli_o)) $(db_o) $(drivers_o) $(lib_a)
+        $(filter-out $(BUILD)/obj/src/cli/main.o,$(cli_o)) $(station_o) $(db_o) $(drivers_o) $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
 
@@ -154,4 +156,4 @@ $(BUILD)/tables/table-%.db: | $(program)
 	@mkdir -p $(@D)
 	@$(program) table build --model $* --out $@
 
--include $(patsubst %.o,%.d,$(core_o) $(db_o) $(drivers_o) $(cli_o) $(call objects,$(tests_c) $(support_c)))
+-include $(patsubst %.o,%.d,$(core_o) $(station_o) $(db_o) $(drivers_o) $(cli_o) $(call objects,$(tests_c) $(support_c)))
