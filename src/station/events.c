@@ -44,7 +44,10 @@ enum status events_add(struct events *events, enum event_topic topic, const char
     int64_t seq = events->last_seq + 1;
     struct event *place = &events->kept[seq % EVENTS_KEPT];
     free(place->data);
-    *place = (struct event){ seq, topic, type, copy };
+    place->seq = seq;
+    place->topic = topic;
+    place->type = type;
+    place->data = copy;
     events->last_seq = seq;
     if (ret != NULL)
         *ret = seq;
