@@ -123,8 +123,6 @@ $(BUILD)/obj/%.o: %.c $(BUILD)/flags | need-build
 	@echo "  CC $<"
 	@$(CC) $(ALL_CFLAGS) $(PKG_CFLAGS) -MMD -MP -c $< -o $@
 
-$(BUILD)/obj/src/cli/cmd_demo.o: override EXTRA += -DSKINSPEC_EXAMPLES='"$(PREFIX)/share/skinspec/examples"'
-
 # Somebody else's sources: our warnings do not apply.
 $(BUILD)/obj/unity.o: $(unity)/unity.c $(BUILD)/flags | need-build
 	@mkdir -p $(@D)
@@ -152,8 +150,9 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(call objects,$(support_c)) $(BUILD)/o
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
 
-$(BUILD)/tables/table-%.db: | $(program)
+# What rows are made by: a change there makes the tables anew.
+$(BUILD)/tables/table-%.db: $(lib_a) $(db_o) | $(program)
 	@mkdir -p $(@D)
-	@$(program) table build --model $* --out $@
+	@$(program) table build --model $* --out $@ --force
 
 -include $(patsubst %.o,%.d,$(core_o) $(station_o) $(db_o) $(drivers_o) $(cli_o) $(call objects,$(tests_c) $(support_c)))

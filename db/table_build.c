@@ -5,15 +5,18 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <inttypes.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/log.h"
 #include "db/sql.h"
+#include "db/table_file.h"
 #include "db/table_hash.h"
 #include "db/table_schema.h"
 
@@ -30,29 +33,23 @@ struct build {
     struct table_content_hash content;
 };
 
-/* ".NAME.PID.tmp" beside the target: same file system, and hidden. */
+/* ".NAME.RANDOM.tmp" beside the target: same file system, hidden, and nobody
+ * else's, not even that of a process with our number in another container. */
 static enum status name_temporary(struct build *b)
 {
     const char *slash = strrchr(b->path, '/');
     int folder = slash != NULL ? (int)(slash + 1 - b->path) : 0;
-    int n = snprintf(b->temporary, sizeof b->temporary, "%.*s.%s.%ld.tmp", folder, b->path,
-                     b->path + folder, (long)getpid());
+    uint64_t random;
+    if (getrandom(&random, sizeof random, 0) != (ssize_t)sizeof random)
+        return STATUS_IO;
+    int n = snprintf(b->temporary, sizeof b->temporary, "%.*s.%s.%016" PRIx64 ".tmp", folder,
+                     b->path, b->path + folder, random);
     if (n < 0 || (size_t)n >= sizeof b->temporary || b->path[folder] == '\0') {
         log_error("'%s' is not a file name", b->path);
         b->temporary[0] = '\0';
         return STATUS_IO;
     }
     return STATUS_OK;
-}
-
-/* A new file; one of that name is left over from a dead process with our number. */
-static int create_temporary(const struct build *b)
-{
-    const int flags = O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
-    int fd = open(b->temporary, flags, 0644);
-    if (fd < 0 && errno == EEXIST && unlink(b->temporary) == 0)
-        fd = open(b->temporary, flags, 0644);
-    return fd;
 }
 
 static const char *what_to_do(int error)
@@ -69,23 +66,40 @@ static const char *what_to_do(int error)
     }
 }
 
+static enum status exists(const char *path)
+{
+    log_error("'%s' exists; choose another name or say --force to replace it", path);
+    return STATUS_EXISTS;
+}
+
+/* What stands at the target: nothing, or a table that may be replaced. */
+static enum status check_target(const struct build *b)
+{
+    struct stat there;
+    if (lstat(b->path, &there) != 0)
+        return STATUS_OK; /* what is wrong with the folder shows when it is written to */
+    if (S_ISDIR(there.st_mode))
+        log_error("'%s' is a folder; name a file in it", b->path);
+    else if (!S_ISREG(there.st_mode))
+        log_error("'%s' is not a file; choose another name", b->path);
+    else if (!b->options->overwrite)
+        return exists(b->path);
+    else if (there.st_size > 0 && !table_file_is_table(b->path))
+        log_error("'%s' is no table; remove it yourself or choose another name", b->path);
+    else
+        return STATUS_OK;
+    return STATUS_EXISTS;
+}
+
 /* Refuse early what could only fail after all the work. */
 static enum status claim(struct build *b)
 {
-    struct stat there;
-    bool exists = stat(b->path, &there) == 0;
-    if (exists && S_ISDIR(there.st_mode)) {
-        log_error("'%s' is a folder; name a file in it", b->path);
-        return STATUS_EXISTS;
-    }
-    if (exists && !b->options->overwrite) {
-        log_error("'%s' exists; choose another name or say --force to replace it", b->path);
-        return STATUS_EXISTS;
-    }
-    enum status s = name_temporary(b);
+    enum status s = check_target(b);
+    if (s == STATUS_OK)
+        s = name_temporary(b);
     if (s != STATUS_OK)
         return s;
-    int fd = create_temporary(b);
+    int fd = open(b->temporary, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644);
     if (fd < 0) {
         log_error("cannot write '%s': %s%s", b->path, strerror(errno), what_to_do(errno));
         b->temporary[0] = '\0';
@@ -221,10 +235,10 @@ static int take_name(const struct build *b)
     unsigned flags = b->options->overwrite ? 0 : RENAME_NOREPLACE;
     if (renameat2(AT_FDCWD, b->temporary, AT_FDCWD, b->path, flags) == 0)
         return 0;
-    /* Some file systems cannot promise; claim() looked already. */
-    if (errno == EINVAL && flags != 0)
-        return rename(b->temporary, b->path);
-    return -1;
+    /* Some file systems cannot promise that; a second name can be had on most. */
+    if (errno != EINVAL || flags == 0 || link(b->temporary, b->path) != 0)
+        return -1;
+    return unlink(b->temporary);
 }
 
 static void sync_folder(const char *path)
@@ -250,8 +264,11 @@ static enum status seal_and_name(const struct build *b)
         s = STATUS_IO;
     if (fd >= 0)
         close(fd);
-    if (s == STATUS_OK && take_name(b) != 0)
-        s = errno == EEXIST ? STATUS_EXISTS : STATUS_IO;
+    if (s == STATUS_OK && take_name(b) != 0) {
+        if (errno == EEXIST) /* made by somebody else meanwhile */
+            return exists(b->path);
+        s = STATUS_IO;
+    }
     if (s != STATUS_OK) {
         log_error("cannot write '%s': %s", b->path,
                   s == STATUS_FORMAT ? status_text(s) : strerror(errno));

@@ -35,6 +35,12 @@ static uint32_t header_field(const unsigned char *header, size_t at)
     return (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | (uint32_t)p[3];
 }
 
+static bool is_table_header(const unsigned char header[100])
+{
+    return memcmp(header, "SQLite format 3", 16) == 0 &&
+           header_field(header, 68) == TABLE_APPLICATION_ID;
+}
+
 static enum status check_header(int fd, const char *path)
 {
     unsigned char header[100];
@@ -43,8 +49,7 @@ static enum status check_header(int fd, const char *path)
         log_error("table '%s': %s", path, strerror(errno));
         return STATUS_IO;
     }
-    if ((size_t)n < sizeof header || memcmp(header, "SQLite format 3", 16) != 0 ||
-        header_field(header, 68) != TABLE_APPLICATION_ID) {
+    if ((size_t)n < sizeof header || !is_table_header(header)) {
         log_error("'%s' is not a skinspec table; make one with 'skinspec table build'", path);
         return STATUS_FORMAT;
     }
@@ -55,6 +60,17 @@ static enum status check_header(int fd, const char *path)
         return STATUS_VERSION;
     }
     return STATUS_OK;
+}
+
+bool table_file_is_table(const char *path)
+{
+    unsigned char header[100];
+    int fd = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    if (fd < 0)
+        return false;
+    bool whole = pread(fd, header, sizeof header, 0) == (ssize_t)sizeof header;
+    close(fd);
+    return whole && is_table_header(header);
 }
 
 static enum status check_pages(int fd, const char *path, char computed[TABLE_SHA256_SIZE])
@@ -93,14 +109,41 @@ static enum status check_bytes(const char *path, char pages_sha256[TABLE_SHA256_
     return s;
 }
 
+/* The path as a URI that tells SQLite that nobody changes the file: it then takes no
+ * locks and looks for no journal.  The bytes were checked just before. */
+static enum status immutable_uri(const char *path, char *uri, size_t size)
+{
+    static const char hex[] = "0123456789ABCDEF", after[] = "?immutable=1";
+    size_t n = (size_t)snprintf(uri, size, "file:%s", path[0] == '/' ? "//" : "./");
+    for (const char *p = path; *p != '\0'; p++) {
+        if (n + 3 + sizeof after > size)
+            return STATUS_RANGE;
+        if (strchr("%?#", *p) == NULL) {
+            uri[n++] = *p;
+            continue;
+        }
+        uri[n++] = '%';
+        uri[n++] = hex[(unsigned char)*p >> 4];
+        uri[n++] = hex[(unsigned char)*p & 15];
+    }
+    memcpy(uri + n, after, sizeof after);
+    return STATUS_OK;
+}
+
 static enum status open_checked(const char *path, char pages_sha256[TABLE_SHA256_SIZE],
                                 sqlite3 **ret)
 {
     sqlite3 *db = NULL;
+    char uri[3 * 4096 + 32]; /* the longest path, every byte escaped */
     enum status s = check_bytes(path, pages_sha256);
     if (s != STATUS_OK)
         return s;
-    s = sql_status(sqlite3_open_v2(path, &db, SQLITE_OPEN_READONLY, NULL));
+    s = immutable_uri(path, uri, sizeof uri);
+    if (s != STATUS_OK) {
+        log_error("table '%s': the path is too long", path);
+        return s;
+    }
+    s = sql_status(sqlite3_open_v2(uri, &db, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, NULL));
     if (s != STATUS_OK) {
         log_error("table '%s': %s", path, sql_reason(db));
         sqlite3_close(db);

@@ -28,6 +28,9 @@ struct table_file_info {
 /* The same checks, but of the rows only what SQLite knows about them. */
 enum status table_file_info(const char *path, struct table_file_info *ret);
 
+/* Whether the file's header says that it is a table, of whatever format and state. */
+bool table_file_is_table(const char *path);
+
 /* The name answers give a table of that path. */
 void table_file_name(const char *path, char name[TABLE_NAME_SIZE]);
 

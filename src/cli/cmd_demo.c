@@ -20,10 +20,6 @@
 #include "db/table_file.h"
 #include "match/match.h"
 
-#ifndef SKINSPEC_EXAMPLES /* where `make install` puts them */
-#define SKINSPEC_EXAMPLES "/usr/local/share/skinspec/examples"
-#endif
-
 enum { OPTION_TABLE = OPTION_OWN, OPTION_TABLES, OPTION_K, MAX_K = 20 };
 
 static const struct argp_option options[] = {
@@ -225,15 +221,28 @@ static int demo(const struct arguments *a, struct spectra *spectra, const char *
     return out_end(&d.out) == STATUS_OK ? exit_status : EXIT_FAILURE;
 }
 
-/* In the source folder, or installed; NULL where they are in neither. */
-static const char *default_examples(void)
+/* Where `make install` puts them, seen from the program: ../share/skinspec. */
+static const char *installed_examples(char path[FIND_TABLE_PATH_SIZE])
 {
-    static const char *const places[] = { "docs/examples/skin.csv", SKINSPEC_EXAMPLES "/skin.csv" };
-    for (size_t i = 0; i < sizeof places / sizeof *places; i++)
-        if (access(places[i], R_OK) == 0)
-            return places[i];
-    log_error("the example spectra are neither in docs/examples nor in " SKINSPEC_EXAMPLES
-              "; run this in the source folder, or name a FILE of spectra");
+    static const char from_bin[] = "/../share/skinspec/examples/skin.csv";
+    ssize_t n = readlink("/proc/self/exe", path, FIND_TABLE_PATH_SIZE - sizeof from_bin);
+    path[n > 0 ? n : 0] = '\0';
+    char *slash = strrchr(path, '/');
+    strcpy(slash != NULL ? slash : path, from_bin);
+    return path;
+}
+
+/* In the source folder, or installed; NULL where they are in neither. */
+static const char *default_examples(char path[FIND_TABLE_PATH_SIZE])
+{
+    static const char here[] = "docs/examples/skin.csv";
+    if (access(here, R_OK) == 0)
+        return here;
+    if (access(installed_examples(path), R_OK) == 0)
+        return path;
+    log_error("the example spectra are neither in docs/examples nor in %s; run this in the source "
+              "folder, or name a FILE of spectra",
+              path);
     return NULL;
 }
 
@@ -253,10 +262,10 @@ int cmd_demo(int argc, char **argv)
     };
     struct arguments a = { .table = FIND_TABLE_DEFAULT, .k = 3 };
     struct spectra *spectra;
-    char path[FIND_TABLE_PATH_SIZE];
+    char path[FIND_TABLE_PATH_SIZE], examples[FIND_TABLE_PATH_SIZE];
     option_parse(&argp, "demo", argc, argv, &a);
     if (a.path == NULL)
-        a.path = default_examples();
+        a.path = default_examples(examples);
     if (a.path == NULL || spectra_open(a.path, &spectra) != STATUS_OK)
         return EXIT_FAILURE;
     int exit_status = EXIT_FAILURE;

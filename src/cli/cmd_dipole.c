@@ -21,6 +21,7 @@ static const struct argp_option options[] = {
     { "cumulative", OPTION_CUMULATIVE, NULL, 0,
       "With --r-mm: also the share of light that leaves within R", 0 },
     { "json", OPTION_JSON, NULL, 0, "Print a JSON object", 0 },
+    { "ndjson", OPTION_NDJSON, NULL, 0, "The same", 0 },
     { 0 },
 };
 
@@ -49,6 +50,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
         a->cumulative = true;
         break;
     case OPTION_JSON:
+    case OPTION_NDJSON:
         a->json = true;
         break;
     case ARGP_KEY_ARG:

@@ -224,7 +224,7 @@ static enum status read_batch(struct job *job, size_t *n)
             return s;
         if (row->good)
             settle_specular(job, row);
-        if (job->unstated || (job->arguments->strict && !row->good)) {
+        if (job->arguments->strict && !row->good) {
             ++*n;
             return STATUS_CANCELLED;
         }

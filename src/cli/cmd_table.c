@@ -48,6 +48,7 @@ static const struct argp_option build_options[] = {
     { "rtree", OPTION_RTREE, NULL, 0, "Add an R*Tree on L*a*b* for SQL queries", 0 },
     { "threads", OPTION_THREADS, "N", 0, "Threads (all cores)", 0 },
     { "json", OPTION_JSON, NULL, 0, "Describe the finished table as `table info --json` does", 0 },
+    { "ndjson", OPTION_NDJSON, NULL, 0, "The same", 0 },
     { "force", OPTION_FORCE, NULL, 0, "Replace an existing file", 0 },
     { 0 },
 };
@@ -168,6 +169,7 @@ static error_t parse_build(int key, char *text, struct argp_state *state)
         a->options.overwrite = true;
         break;
     case OPTION_JSON:
+    case OPTION_NDJSON:
         a->json = true;
         break;
     case OPTION_THREADS:
@@ -232,6 +234,7 @@ enum { OPTION_TABLES = OPTION_OWN };
 static const struct argp_option look_options[] = {
     { "tables", OPTION_TABLES, "DIR", 0, "Where to look for a table given by name", 0 },
     { "json", OPTION_JSON, NULL, 0, "Print a JSON object", 0 },
+    { "ndjson", OPTION_NDJSON, NULL, 0, "The same", 0 },
     { 0 },
 };
 
@@ -248,6 +251,7 @@ static error_t parse_look(int key, char *text, struct argp_state *state)
         a->folder = text;
         break;
     case OPTION_JSON:
+    case OPTION_NDJSON:
         a->json = true;
         break;
     case ARGP_KEY_ARG:

@@ -1,5 +1,6 @@
 /* main.c - `skinspec COMMAND`: the table of commands and their help. */
 #include <argp.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -55,6 +56,7 @@ static int no_such_command(const char *name)
 int main(int argc, char **argv)
 {
     argp_err_exit_status = EXIT_USAGE;
+    signal(SIGXFSZ, SIG_IGN); /* a file too large is then an error that can be told */
     if (argc < 2) {
         print_help(stderr);
         return EXIT_USAGE;

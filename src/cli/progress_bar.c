@@ -7,7 +7,7 @@
 #include <time.h>
 #include <unistd.h>
 
-static const int stopping_signals[] = { SIGINT, SIGTERM, SIGHUP };
+static const int stopping_signals[] = { SIGINT, SIGTERM, SIGHUP, SIGQUIT };
 enum { SIGNALS = sizeof stopping_signals / sizeof *stopping_signals };
 
 static volatile sig_atomic_t stopped_by;

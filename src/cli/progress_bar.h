@@ -1,7 +1,7 @@
 /* progress_bar.h - long work shown on the terminal, and stopped by its keys.
  *
  * The bar goes to standard error and only where that is a terminal.  Ctrl-C,
- * SIGTERM and SIGHUP make the next report return false; once the work has tidied
+ * SIGTERM, SIGHUP and SIGQUIT make the next report return false; once the work has tidied
  * up, progress_bar_end() lets the signal take its usual course. */
 #ifndef SKINSPEC_CLI_PROGRESS_BAR_H
 #define SKINSPEC_CLI_PROGRESS_BAR_H

@@ -171,7 +171,7 @@ static enum status read_column_name(struct spectra *s, size_t column, double *la
         s->bands.first_nm = nm;
     else if (s->bands.n == 1)
         s->bands.step_nm = nm - *last_nm;
-    else if (fabs(spectrum_nm(&s->bands, s->bands.n) - nm) > 1e-6)
+    else if (fabs(spectrum_nm(&s->bands, s->bands.n) - nm) > 1e-3 * s->bands.step_nm)
         return header_error(s, column, "wavelength %s breaks the even step of %g nm; expected %g",
                             shown(name, cut), s->bands.step_nm, spectrum_nm(&s->bands, s->bands.n));
     *last_nm = nm;
@@ -179,7 +179,7 @@ static enum status read_column_name(struct spectra *s, size_t column, double *la
     return STATUS_OK;
 }
 
-static enum status check_bands(const struct spectra *s)
+static enum status check_bands(struct spectra *s, double last_nm)
 {
     if (s->bands.n == 0)
         return header_error(s, 0,
@@ -187,7 +187,8 @@ static enum status check_bands(const struct spectra *s)
                             "columns named by the nm alone: id,400,410,...,700");
     if (s->bands.n < 2)
         return header_error(s, 0, "only one wavelength in the header; expected 400 to 700 nm");
-    double last_nm = spectrum_nm(&s->bands, s->bands.n - 1);
+    /* Printed steps are rounded, 3.3333: the ends tell the step better. */
+    s->bands.step_nm = (last_nm - s->bands.first_nm) / (double)(s->bands.n - 1);
     if (s->bands.first_nm < 100.0 || last_nm > 10000.0)
         return header_error(s, 0, "wavelengths %g..%g; expected nanometres, as 400,410,...,700",
                             s->bands.first_nm, last_nm);
@@ -206,7 +207,7 @@ static enum status read_header(struct spectra *s)
     enum status status = check_separator(s);
     for (size_t i = 0; i < n && status == STATUS_OK; i++)
         status = read_column_name(s, i, &last_nm);
-    return status == STATUS_OK ? check_bands(s) : status;
+    return status == STATUS_OK ? check_bands(s, last_nm) : status;
 }
 
 /* Why the stream gave no record. */

@@ -91,7 +91,7 @@ static unsigned flags_of(const struct matcher *matcher, const struct spectrum *s
         flags |= MATCH_BM_AT_LIMIT;
     if (match->found > 1 && hits[1].distance == hits[0].distance)
         flags |= MATCH_TIE;
-    if (match->rms > MATCH_POOR_RMS)
+    if (match->rms > MATCH_POOR_RMS || (isnan(match->rms) && match->dE00 > MATCH_POOR_DE00))
         flags |= MATCH_POOR_FIT;
     if (isnan(match->dE00))
         flags |= MATCH_NO_COLOUR;

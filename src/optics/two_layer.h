@@ -8,7 +8,7 @@
  * per incident light, without the mirror reflection.  docs/physics.md derives
  * the form used here, which has no singularity for any accepted medium.
  * Trust, against transport over the paper's ranges (docs/physics.md): rms 0.006;
- * at most 0.02 from 0.06 mm of epidermis up, 0.026 at 0.03 mm, where it is too
+ * at most 0.02 from 0.06 mm of epidermis up, 0.026 at 0.03 mm, 0.03 at 0.02 mm, where it is too
  * dark above Cm 0.2 in the red. */
 #ifndef SKINSPEC_OPTICS_TWO_LAYER_H
 #define SKINSPEC_OPTICS_TWO_LAYER_H

@@ -322,6 +322,15 @@ class Specular(Case):
             )
             self.assertEqual(done.out, "")
 
+    def test_an_unstated_row_does_not_stop_the_others(self):
+        rows = [((f"q{i}", "sci" if i == 3 else "sce"), [0.3] * 31) for i in range(600)]
+        text = spectra_csv(rows, before=("id", "specular"))
+        done = run("match", "-", "--table", self.table, "--ndjson", stdin=text)
+        answers = done.ndjson()
+        self.assertEqual(done.status, 2)
+        self.assertEqual(len(answers), 600)
+        self.assertEqual([x["id"] for x in answers if "error" in x], ["q3"])
+
     def test_unstated_in_a_row_is_refused(self):
         text = spectra_csv([(("a", ""), [0.3] * 31)], before=("id", "specular"))
         says = ("<stdin>:2", "--specular sce")

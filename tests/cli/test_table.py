@@ -364,7 +364,7 @@ class Refusals(Case):
         """A file may grow to 1 MiB only: writes fail as on a full disk."""
 
         def limit():
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            signal.signal(signal.SIGXFSZ, signal.SIG_DFL)  # Python ignores it
             resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, 1 << 20))
 
         folder = self.folder()

@@ -184,6 +184,16 @@ static void test_row_that_is_not_a_number(void)
     assert_folder_holds("", "nothing left");
 }
 
+/* An earlier table, as far as its header tells: SQLite's words, "SkTb" at byte 68. */
+enum { OLD_TABLE_SIZE = 120 };
+
+static void put_old_table(void)
+{
+    char bytes[OLD_TABLE_SIZE] = "SQLite format 3";
+    memcpy(bytes + 68, "SkTb", 4);
+    TEST_ASSERT_TRUE(file_write(path, bytes, sizeof bytes));
+}
+
 static void test_existing_file(void)
 {
     struct recipe recipe = small_recipe("paper");
@@ -198,6 +208,10 @@ static void test_existing_file(void)
     TEST_ASSERT_EQUAL_MEMORY("precious", bytes, 8);
     free(bytes);
     assert_folder_holds("t.db ", "untouched");
+    /* Not even --force takes what is no table. */
+    TEST_ASSERT_EQUAL_INT(STATUS_EXISTS, table_build(path, &recipe, &replacing));
+    TEST_ASSERT_MESSAGE(heard_contains("is no table"), heard_last());
+    put_old_table();
     TEST_ASSERT_EQUAL_INT(STATUS_OK, table_build(path, &recipe, &replacing));
     TEST_ASSERT_EQUAL_INT(STATUS_OK, table_file_info(path, &info));
     assert_folder_holds("t.db ", "replaced");
@@ -231,9 +245,9 @@ static void test_link_to_nowhere(void)
     struct recipe recipe = small_recipe("paper");
     TEST_ASSERT_EQUAL_INT(0, symlink("nowhere", path));
     TEST_ASSERT_EQUAL_INT(STATUS_EXISTS, table_build(path, &recipe, &plain));
+    TEST_ASSERT_EQUAL_INT(STATUS_EXISTS, table_build(path, &recipe, &replacing));
+    TEST_ASSERT_MESSAGE(heard_contains("is not a file"), heard_last());
     assert_folder_holds("t.db ", "the link");
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, table_build(path, &recipe, &replacing));
-    assert_folder_holds("t.db ", "a file now");
 }
 
 /* Somebody tidies the folder up: what was computed cannot be named any more. */
@@ -267,7 +281,7 @@ static const struct last_step_case {
     { "no promise", EINVAL, 0, false, STATUS_OK, "", "t.db " },
     { "no promise asked for, no name given", EINVAL, 0, true, STATUS_IO, "Invalid argument", "" },
     { "no right to the name", EACCES, 0, false, STATUS_IO, "Permission denied", "" },
-    { "taken at the last moment", EEXIST, 0, false, STATUS_EXISTS, "File exists", "" },
+    { "taken at the last moment", EEXIST, 0, false, STATUS_EXISTS, "exists; choose", "" },
     { "the disk fails", 0, EIO, false, STATUS_IO, "Input/output error", "" },
 };
 
@@ -385,8 +399,10 @@ static void test_progress(void)
     TEST_ASSERT_EQUAL_size_t(50400, w.done);
     TEST_ASSERT_EQUAL_size_t(50400, w.total);
     /* Meanwhile the file is hidden beside its place. */
-    snprintf(temporary, sizeof temporary, ".t.db.%ld.tmp ", (long)getpid());
-    TEST_ASSERT_EQUAL_STRING(temporary, w.list);
+    unsigned long long random;
+    TEST_ASSERT_EQUAL_INT(1, sscanf(w.list, ".t.db.%llx.tmp ", &random));
+    snprintf(temporary, sizeof temporary, ".t.db.%016llx.tmp ", random);
+    TEST_ASSERT_EQUAL_STRING(temporary, w.list); /* that alone */
     assert_folder_holds("t.db ", "and then has its name");
 }
 
@@ -400,14 +416,14 @@ static void test_stopped_anywhere(void)
             size_t size;
             options.progress = (struct progress){ watch_on, &w };
             if (there)
-                TEST_ASSERT_TRUE(file_write(path, "precious", 8));
+                put_old_table();
             TEST_ASSERT_EQUAL_INT(STATUS_CANCELLED, table_build(path, &recipe, &options));
             TEST_ASSERT_EQUAL_size_t(stop_at, w.calls);
             TEST_ASSERT_EQUAL_INT(0, heard_count());
             assert_folder_holds(there ? "t.db " : "", "nothing left behind");
             if (there) {
                 unsigned char *bytes = file_bytes(path, &size);
-                TEST_ASSERT_EQUAL_size_t(8, size);
+                TEST_ASSERT_EQUAL_size_t(OLD_TABLE_SIZE, size);
                 free(bytes);
             }
         }
@@ -440,7 +456,7 @@ static void test_file_size_limit(void)
         for (size_t i = 0; i < sizeof limits / sizeof *limits; i++) {
             size_t size;
             if (there)
-                TEST_ASSERT_TRUE(file_write(path, "precious", 8));
+                put_old_table();
             heard_start();
             TEST_ASSERT_EQUAL_INT(STATUS_IO, build_limited(&recipe, limits[i]));
             TEST_ASSERT_EQUAL_INT(1, heard_count());
@@ -449,7 +465,7 @@ static void test_file_size_limit(void)
             assert_folder_holds(there ? "t.db " : "", "nothing left behind");
             if (there) {
                 unsigned char *bytes = file_bytes(path, &size);
-                TEST_ASSERT_EQUAL_size_t(8, size);
+                TEST_ASSERT_EQUAL_size_t(OLD_TABLE_SIZE, size);
                 free(bytes);
             }
         }
