@@ -1,7 +1,7 @@
 /* utf8.c - the byte ranges of RFC 3629, section 4. */
 #include "base/utf8.h"
 
-#include <stddef.h>
+#include <string.h>
 
 /* Bytes that follow a lead byte, and the range of the first of them. */
 static int follow(unsigned char lead, unsigned char *low, unsigned char *high)
@@ -19,15 +19,15 @@ static int follow(unsigned char lead, unsigned char *low, unsigned char *high)
     return -1;
 }
 
-bool utf8_is_valid(const char *text)
+bool utf8_is_valid_n(const char *text, size_t n)
 {
-    const unsigned char *p = (const unsigned char *)text;
-    while (*p != '\0') {
+    const unsigned char *p = (const unsigned char *)text, *end = p + n;
+    while (p < end) {
         unsigned char low, high;
-        int n = follow(*p++, &low, &high);
-        if (n < 0)
+        int more = follow(*p++, &low, &high);
+        if (more < 0 || more > end - p)
             return false;
-        for (; n > 0; n--, p++) {
+        for (; more > 0; more--, p++) {
             if (*p < low || *p > high)
                 return false;
             low = 0x80;
@@ -35,4 +35,9 @@ bool utf8_is_valid(const char *text)
         }
     }
     return true;
+}
+
+bool utf8_is_valid(const char *text)
+{
+    return utf8_is_valid_n(text, strlen(text));
 }

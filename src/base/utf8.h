@@ -3,8 +3,12 @@
 #define SKINSPEC_BASE_UTF8_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 /* Well-formed UTF-8 after RFC 3629: no overlong forms, no surrogates. */
 bool utf8_is_valid(const char *text);
+
+/* The same of n bytes, of which any may be NUL. */
+bool utf8_is_valid_n(const char *text, size_t n);
 
 #endif

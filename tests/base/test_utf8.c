@@ -102,10 +102,21 @@ static void test_every_code_point(void)
     }
 }
 
+/* The bytes that count end where n says, in the middle of a character too. */
+static void test_by_length(void)
+{
+    TEST_ASSERT_TRUE(utf8_is_valid_n("a\0b", 3));
+    TEST_ASSERT_TRUE(utf8_is_valid_n("\xc3\xa9\xff", 2));
+    TEST_ASSERT_FALSE(utf8_is_valid_n("\xc3\xa9", 1));
+    TEST_ASSERT_FALSE(utf8_is_valid_n("\xf0\x9f\x98\x80", 3));
+    TEST_ASSERT_TRUE(utf8_is_valid_n("\xff", 0));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_edges);
     RUN_TEST(test_every_code_point);
+    RUN_TEST(test_by_length);
     return UNITY_END();
 }
