@@ -3,12 +3,14 @@
 
 #include <errno.h>
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/log.h"
 #include "base/number.h"
+#include "json/print.h"
 
 void out_begin(struct out *out, enum out_format format)
 {
@@ -25,8 +27,8 @@ static void out_of_memory(void)
 
 void out_object(struct out *out, cJSON *object)
 {
-    char *text = object != NULL ? cJSON_PrintUnformatted(object) : NULL;
-    if (text == NULL)
+    char *text;
+    if (json_print(object, SIZE_MAX, &text, NULL) != STATUS_OK)
         out_of_memory();
     if (out->format == OUT_JSON)
         fputs(out->objects > 0 ? ",\n" : "\n", stdout);
@@ -34,7 +36,7 @@ void out_object(struct out *out, cJSON *object)
     if (out->format == OUT_NDJSON)
         fputs("\n", stdout);
     out->objects++;
-    cJSON_free(text);
+    free(text);
     cJSON_Delete(object);
 }
 
@@ -81,9 +83,7 @@ cJSON *out_numbers(const double *x, size_t n)
 {
     cJSON *array = cJSON_CreateArray();
     for (size_t i = 0; i < n; i++) {
-        char text[NUMBER_TEXT_SIZE];
-        cJSON *item =
-            isfinite(x[i]) ? cJSON_CreateRaw(number_format_exact(x[i], text)) : cJSON_CreateNull();
+        cJSON *item = isfinite(x[i]) ? cJSON_CreateNumber(x[i]) : cJSON_CreateNull();
         if (item == NULL || !cJSON_AddItemToArray(array, item))
             out_of_memory();
     }
@@ -92,7 +92,6 @@ cJSON *out_numbers(const double *x, size_t n)
 
 void out_member(cJSON *object, const char *name, double x)
 {
-    char text[NUMBER_TEXT_SIZE];
-    if (isfinite(x) && cJSON_AddRawToObject(object, name, number_format_exact(x, text)) == NULL)
+    if (isfinite(x) && cJSON_AddNumberToObject(object, name, x) == NULL)
         out_of_memory();
 }

@@ -35,8 +35,7 @@ void out_row(struct out *out);
 /* Close the array, flush, and say so where not all could be written: STATUS_IO. */
 enum status out_end(struct out *out);
 
-/* Numbers of JSON are the fewest digits, up to 17, that read back as the same
- * double; cJSON's own may differ in the last bit.  Where x is not finite an array
+/* Numbers as json/print.h prints them, exactly.  Where x is not finite an array
  * holds null and a member is left out. */
 cJSON *out_numbers(const double *x, size_t n);
 void out_member(cJSON *object, const char *name, double x);
