@@ -1,0 +1,74 @@
+/* audit.h - who did what, chained so that no row can be changed unnoticed.
+ *
+ * The canonical dump of a row is its table's name and "\n", and then for each column
+ * that is not NULL, in the order of the table,
+ *
+ *     NAME "=" TYPE LENGTH ":" BYTES "\n"
+ *
+ *   TYPE  BYTES (LENGTH of them, LENGTH in decimal)
+ *   i     an integer in decimal
+ *   f     a float64 as 16 hexadecimal digits, sign and exponent first
+ *   t     text, UTF-8
+ *   b     a blob
+ *
+ * NULL is left out so that a column added later, NULL in old rows, leaves old dumps
+ * as they were.
+ *
+ *   digests  of an audit row: the SHA-256 of the dump of each row it is about, one
+ *            after the other (measurement, then its match, where there is one)
+ *   hash     SHA-256 of the hash of the row before (32 zero bytes before the first)
+ *            and of the dump of the audit row without `hash`
+ *
+ * Every row of station, subject, site, instrument, calibration, measurement and match
+ * is what one audit row is about.  subject_person is not: it can be erased, and not
+ * even a hash of a name stays.
+ *
+ * What this cannot notice: the newest rows cut off together with their audit rows, or
+ * the whole chain written anew.  Whoever keeps a copy of the last hash can. */
+#ifndef SKINSPEC_DB_AUDIT_H
+#define SKINSPEC_DB_AUDIT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <sqlite3.h>
+
+#include "base/status.h"
+
+/* Actions about rows.  Any other is free text about nothing but itself. */
+#define AUDIT_STATION "station.make"
+#define AUDIT_SUBJECT "subject.add"
+#define AUDIT_SITE "site.add"
+#define AUDIT_INSTRUMENT "instrument.add"
+#define AUDIT_CALIBRATION "calibration.add"
+#define AUDIT_MEASUREMENT "measurement.add"
+bool audit_is_about_rows(const char *action);
+
+enum { AUDIT_HASH_SIZE = 32, AUDIT_KINDS = 6, AUDIT_ROWS_EACH = 2 };
+
+/* Statements of one connection. */
+struct audit {
+    sqlite3_stmt *last, *insert, *row[AUDIT_KINDS][AUDIT_ROWS_EACH];
+};
+
+enum status audit_prepare(sqlite3 *db, struct audit *ret); /* logs nothing; done() on failure too */
+void audit_done(struct audit *audit);
+
+/* Append one row in the transaction that is open, after the rows it is about.
+ * entity: their id.  who and entity may be "".  STATUS_NOT_FOUND where there is no
+ * such row, and what SQLite says. */
+enum status audit_append(struct audit *audit, const char *at, const char *who, const char *action,
+                         const char *entity);
+
+/* Check the chain from the first row to the last against the rows it is about, and
+ * that there is none besides.  STATUS_DAMAGED, with what[] naming the first thing that
+ * is wrong, else what SQLite says; logs nothing. */
+struct audit_report {
+    int64_t rows;
+    char last_hash[2 * AUDIT_HASH_SIZE + 1]; /* hexadecimal; "" without rows */
+    char what[256];
+};
+enum status audit_verify(sqlite3 *db, struct audit_report *ret);
+
+#endif

@@ -1,0 +1,321 @@
+/* store.c - groups of jobs, checkpoints, and what all parts of the store use. */
+#include "db/store.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+
+#include "base/log.h"
+#include "db/sql.h"
+#include "db/store_private.h"
+
+/* All SQL that writes.  A seq is taken from the table itself, so that what is rolled
+ * back leaves no gap. */
+static const char *const statement_sql[STORE_STATEMENTS] = {
+    [SQL_BEGIN] = "BEGIN IMMEDIATE",
+    [SQL_COMMIT] = "COMMIT",
+    [SQL_ROLLBACK] = "ROLLBACK",
+    [SQL_SAVEPOINT] = "SAVEPOINT job",
+    [SQL_RELEASE] = "RELEASE job",
+    [SQL_ROLLBACK_TO] = "ROLLBACK TO job",
+    [SQL_FIND_UUID] = ("SELECT u.parameters_sha256, m.seq, m.id, m.taken_at FROM client_uuid u"
+                       " JOIN measurement m ON m.seq = u.measurement WHERE u.uuid = ?"),
+    [SQL_FIND_SUBJECT] = "SELECT 1 FROM subject_person WHERE subject = ?",
+    [SQL_FIND_CALIBRATION] = "SELECT 1 FROM calibration WHERE id = ?",
+    [SQL_FIND_MEASUREMENT] = "SELECT 1 FROM measurement WHERE id = ?",
+    [SQL_FIND_INSTRUMENT] = ("SELECT id FROM instrument WHERE driver = ? AND maker = ?"
+                             " AND model = ? AND serial = ? AND firmware = ?"),
+    [SQL_FIND_SITE] = "SELECT id FROM site WHERE name = ?",
+    [SQL_ADD_INSTRUMENT] = "INSERT INTO instrument VALUES (NULL,?,?,?,?,?)",
+    [SQL_ADD_SITE] = "INSERT INTO site VALUES (NULL,?)",
+    [SQL_ADD_CALIBRATION] = "INSERT INTO calibration VALUES (?,?,?,?,?,?,?,?)",
+    [SQL_ADD_SUBJECT] = "INSERT INTO subject VALUES (?)",
+    [SQL_ADD_PERSON] = "INSERT INTO subject_person VALUES (?,?,?,?,?)",
+    [SQL_ADD_MEASUREMENT] =
+        ("INSERT INTO measurement VALUES ((SELECT coalesce(max(seq) + 1,"
+         " (SELECT first_seq FROM station)) FROM measurement),"
+         "?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"),
+    [SQL_ADD_MATCH] = "INSERT INTO match VALUES (?,?,?,?,?)",
+    [SQL_ADD_UUID] = "INSERT INTO client_uuid VALUES (?,?,?,?)",
+    [SQL_PRUNE] = ("DELETE FROM client_uuid WHERE at_ms < ? AND measurement <="
+                   " (SELECT max(seq) FROM measurement) - 1000"),
+};
+
+enum status store_prepare(struct store *store)
+{
+    enum status s = STATUS_OK;
+    for (size_t i = 0; i < STORE_STATEMENTS && s == STATUS_OK; i++)
+        s = sql_prepare(store->db, statement_sql[i], &store->statement[i]);
+    return s == STATUS_OK ? audit_prepare(store->db, &store->audit) : s;
+}
+
+/* ---- the clock, paths, connections ------------------------------------------------- */
+
+int64_t store_now_ms(const struct store_clock *clock)
+{
+    struct timespec now;
+    if (clock != NULL && clock->realtime_ms != NULL)
+        return clock->realtime_ms(clock->context);
+    clock_gettime(CLOCK_REALTIME, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+/* Years 1970 to 9999, which RFC 3339 can write. */
+void store_time_text(int64_t ms, char text[STORE_TIME_SIZE])
+{
+    const int64_t last = INT64_C(253402300799999);
+    struct tm utc;
+    ms = ms < 0 ? 0 : ms > last ? last : ms;
+    time_t seconds = (time_t)(ms / 1000);
+    gmtime_r(&seconds, &utc);
+    size_t n = strftime(text, STORE_TIME_SIZE, "%Y-%m-%dT%H:%M:%S", &utc);
+    snprintf(text + n, STORE_TIME_SIZE - n, ".%03dZ", (int)(ms % 1000));
+}
+
+enum status store_folder_fits(const char *folder)
+{
+    /* The longest name is that of a file moved aside, with its "-wal". */
+    if (strlen(folder) + STORE_TEXT_SIZE + 16 < STORE_PATH_SIZE)
+        return STATUS_OK;
+    log_error("store: '%.64s...': %s", folder, strerror(ENAMETOOLONG));
+    return STATUS_IO;
+}
+
+const char *store_path(const char *folder, const char *name, char path[STORE_PATH_SIZE])
+{
+    snprintf(path, STORE_PATH_SIZE, "%s/%s", folder, name);
+    return path;
+}
+
+enum status store_connect(const char *path, int flags, sqlite3 **ret)
+{
+    sqlite3 *db = NULL;
+    enum status s = sql_status(sqlite3_open_v2(path, &db, flags | SQLITE_OPEN_NOMUTEX, NULL));
+    if (s == STATUS_OK)
+        s = sql_status(sqlite3_db_config(db, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL));
+    if (s == STATUS_OK)
+        s = sql_status(sqlite3_busy_timeout(db, STORE_PATIENCE_MS));
+    if (s == STATUS_OK) {
+        *ret = db;
+        return STATUS_OK;
+    }
+    log_error("store: cannot open '%s': %s", path, sql_reason(db));
+    sqlite3_close(db);
+    return s;
+}
+
+/* "file:PATH?immutable=1" with the characters that mean something in it escaped. */
+static char *uri_of(const char *path)
+{
+    static const char tail[] = "?immutable=1";
+    char *uri = malloc(5 + 3 * strlen(path) + sizeof tail);
+    if (uri == NULL)
+        return NULL;
+    char *to = uri + sprintf(uri, "file:");
+    for (; *path != '\0'; path++)
+        to += strchr("?#%", *path) != NULL ? sprintf(to, "%%%02x", (unsigned)*path)
+                                           : sprintf(to, "%c", *path);
+    memcpy(to, tail, sizeof tail);
+    return uri;
+}
+
+enum status store_connect_alone(const char *path, sqlite3 **ret)
+{
+    char *uri = uri_of(path);
+    if (uri == NULL)
+        return STATUS_NO_MEMORY;
+    enum status s = store_connect(uri, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, ret);
+    free(uri);
+    return s;
+}
+
+bool store_has_wal(const char *path)
+{
+    char wal[STORE_PATH_SIZE + 8];
+    struct stat st;
+    snprintf(wal, sizeof wal, "%s-wal", path);
+    return stat(wal, &st) == 0 && st.st_size > 0;
+}
+
+/* ---- groups and jobs ----------------------------------------------------------------- */
+
+/* Only where SQLite has not rolled back already, as it does on a full disk. */
+static void roll_back(struct store *store)
+{
+    if (!sqlite3_get_autocommit(store->db))
+        (void)sql_step_done(store->statement[SQL_ROLLBACK]);
+    store->in_group = false;
+    store->group = STATUS_OK;
+}
+
+static bool is_answer(enum status s)
+{
+    return s == STATUS_NOT_FOUND || s == STATUS_EXISTS || s == STATUS_RANGE;
+}
+
+/* Why it failed: SQLite's reason, unless the failure was not SQLite's. */
+static const char *reason(sqlite3 *db, enum status s)
+{
+    int code = sqlite3_errcode(db);
+    bool sqlite_failed = code != SQLITE_OK && code != SQLITE_ROW && code != SQLITE_DONE;
+    return sqlite_failed ? sql_reason(db) : status_text(s);
+}
+
+/* Log a failure while SQLite still knows why, and stop writing into a damaged file. */
+static enum status report(struct store *store, const char *what, enum status s)
+{
+    if (s == STATUS_OK || is_answer(s))
+        return s;
+    log_error("store: cannot %s: %s", what, reason(store->db, s));
+    store->damaged = store->damaged || s == STATUS_DAMAGED;
+    return s;
+}
+
+/* Writes into a file that has lost its name would be lost with it. */
+static bool was_moved(struct store *store)
+{
+    for (size_t i = 0; i < STORE_FILES; i++) {
+        struct stat st;
+        if (stat(store->file[i].path, &st) != 0 || st.st_ino != store->file[i].inode)
+            return true;
+    }
+    return false;
+}
+
+void store_remember_files(struct store *store, const char *folder)
+{
+    static const char *const name[STORE_FILES] = { STORE_FILE, STORE_FILE "-wal" };
+    for (size_t i = 0; i < STORE_FILES; i++) {
+        struct stat st;
+        if (stat(store_path(folder, name[i], store->file[i].path), &st) == 0)
+            store->file[i].inode = st.st_ino;
+    }
+}
+
+enum status store_begin(struct store *store)
+{
+    if (store->damaged)
+        return STATUS_DAMAGED; /* logged when it was met */
+    if (was_moved(store)) {
+        log_error("store: " STORE_FILE " or its -wal was moved or deleted; "
+                  "nothing is stored until it is opened anew");
+        return STATUS_IO;
+    }
+    roll_back(store); /* one whose own rollback failed, for want of memory */
+    enum status s = report(store, "begin", sql_step_done(store->statement[SQL_BEGIN]));
+    store->in_group = s == STATUS_OK;
+    store->group = STATUS_OK;
+    return s;
+}
+
+enum status store_commit(struct store *store)
+{
+    enum status s = store->group;
+    if (s == STATUS_OK)
+        s = report(store, "commit", sql_step_done(store->statement[SQL_COMMIT]));
+    roll_back(store); /* nothing to do after a commit */
+    return s;
+}
+
+void store_rollback(struct store *store)
+{
+    roll_back(store);
+}
+
+enum status store_job_begin(struct store *store)
+{
+    if (!store->in_group) {
+        enum status s = store_begin(store);
+        store->single = s == STATUS_OK;
+        return s;
+    }
+    if (store->group != STATUS_OK)
+        return store->group;
+    return report(store, "begin", sql_step_done(store->statement[SQL_SAVEPOINT]));
+}
+
+/* The job is undone and the group goes on, unless the group went with it. */
+static void drop_job(struct store *store, enum status s)
+{
+    if (store->damaged || sqlite3_get_autocommit(store->db)) {
+        store->group = s;
+        return;
+    }
+    store->group = sql_step_done(store->statement[SQL_ROLLBACK_TO]);
+    if (store->group == STATUS_OK)
+        store->group = sql_step_done(store->statement[SQL_RELEASE]);
+}
+
+enum status store_job_end(struct store *store, const char *what, enum status s)
+{
+    s = report(store, what, s);
+    if (store->single) {
+        store->single = false;
+        if (s == STATUS_OK)
+            return store_commit(store);
+        roll_back(store);
+        return s;
+    }
+    if (s == STATUS_OK)
+        s = report(store, what, sql_step_done(store->statement[SQL_RELEASE]));
+    if (s != STATUS_OK)
+        drop_job(store, s);
+    return s;
+}
+
+const char *store_bad_member(const struct store *store)
+{
+    return store->bad_member != NULL ? store->bad_member : "";
+}
+
+const char *store_station_id(const struct store *store)
+{
+    return store->station_id;
+}
+
+/* ---- checkpoints ------------------------------------------------------------------------- */
+
+enum status store_checkpoint(const char *state_folder, int *left)
+{
+    char path[STORE_PATH_SIZE];
+    sqlite3 *db;
+    int log = 0, done = 0;
+    enum status s = store_folder_fits(state_folder);
+    if (s == STATUS_OK)
+        s = store_connect(store_path(state_folder, STORE_FILE, path), SQLITE_OPEN_READWRITE, &db);
+    if (s != STATUS_OK)
+        return s;
+    /* A connection that has read nothing does not know yet that there is a WAL. */
+    int code = sqlite3_exec(db, "SELECT count(*) FROM sqlite_schema", NULL, NULL, NULL);
+    if (code == SQLITE_OK)
+        code = sqlite3_wal_checkpoint_v2(db, NULL, SQLITE_CHECKPOINT_PASSIVE, &log, &done);
+    /* Another one under way is as good. */
+    s = code == SQLITE_BUSY ? STATUS_OK : sql_status(code);
+    if (s == STATUS_OK)
+        *left = log > done ? log - done : 0;
+    else
+        log_error("store: cannot checkpoint '%s': %s", path, sql_reason(db));
+    sqlite3_close(db);
+    return s;
+}
+
+enum status store_wal_bytes(const char *state_folder, int64_t *ret)
+{
+    char path[STORE_PATH_SIZE];
+    struct stat st;
+    enum status s = store_folder_fits(state_folder);
+    if (s != STATUS_OK)
+        return s;
+    if (stat(store_path(state_folder, STORE_FILE "-wal", path), &st) == 0) {
+        *ret = st.st_size;
+    } else if (errno == ENOENT) {
+        *ret = 0;
+    } else {
+        log_error("store: '%s': %s", path, strerror(errno));
+        s = STATUS_IO;
+    }
+    return s;
+}

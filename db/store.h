@@ -1,0 +1,240 @@
+/* store.h - station.db: every reading, kept for good.
+ *
+ * One thread writes, through a `struct store`; any number read, each with its own
+ * `struct store_reader`.  WAL, synchronous=FULL: what store_commit() has returned
+ * STATUS_OK for survives a power cut.  Append-only: a correction is a new row that
+ * points at the old one.  Measurement, match and audit row are one transaction.
+ *
+ * Strings are UTF-8 and checked by the caller; "" means absent where a member says
+ * so, NAN means not measured.  STATUS_NOT_FOUND, STATUS_EXISTS and STATUS_RANGE about
+ * what a caller asked for are answers; every other cause is logged here, once (want of
+ * memory not always).
+ *
+ * The file belongs to the account that made it (0600).  docs/schema-station.md has
+ * the SQL, db/audit.h the chain. */
+#ifndef SKINSPEC_DB_STORE_H
+#define SKINSPEC_DB_STORE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/spectrum.h"
+#include "base/status.h"
+
+enum { STORE_UUID_SIZE = 37, STORE_TIME_SIZE = 32, STORE_TEXT_SIZE = 256, STORE_NOTES_SIZE = 4096 };
+enum { STORE_MAX_REPLICATES = 32 };
+
+/* ---- opening ------------------------------------------------------------------- */
+
+struct store;
+
+/* The clock, so that tests can set it; NULL means the system's. */
+struct store_clock {
+    int64_t (*realtime_ms)(void *context); /* since 1970, may step */
+    void *context;
+};
+
+/* STATE/station.db, made where it is missing, migrated step by step (each one
+ * transaction) where it is older.  *ret is set with STATUS_OK only.
+ *   STATUS_VERSION   made by a newer program: refused, untouched
+ *   STATUS_FORMAT    a foreign file of that name: refused, untouched
+ *   STATUS_DAMAGED   corrupt (quick_check), cut short or gone with its -wal left: the
+ *                    file, its -wal and -shm were moved aside to
+ *                    station.db.damaged-TIME (and -wal, -shm), never deleted, and
+ *                    STATE/station.damaged written, which keeps this answer until
+ *                    store_begin_anew()
+ *   STATUS_EXISTS    another process has the store open for writing (flock on STATE/lock)
+ *   STATUS_IO        read-only or full folder, no such folder
+ *   STATUS_DB, STATUS_NO_MEMORY
+ * clock may be NULL; it is copied. */
+enum status store_open(const char *state_folder, const struct store_clock *clock,
+                       struct store **ret);
+
+/* Takes NULL; drops an open group and checkpoints what it can. */
+void store_close(struct store *store);
+
+/* After damage: accept an empty store from here on, with a station id of its own.  Seq
+ * goes on above the highest seq that can still be read from the damaged file (1 where
+ * none can: a warning says so).  A healthy station.db that was put back by hand
+ * is accepted as it is.  STATUS_NOT_FOUND where nothing waits to be accepted;
+ * STATUS_EXISTS, STATUS_IO as above. */
+enum status store_begin_anew(const char *state_folder);
+
+const char *store_station_id(const struct store *store); /* random, made with the file */
+
+/* ---- what is kept ----------------------------------------------------------------- */
+
+struct store_instrument {
+    char driver[48], maker[48], model[48], serial[48], firmware[48];
+};
+
+struct store_calibration {
+    char id[STORE_UUID_SIZE]; /* out: UUIDv7 */
+    struct store_instrument instrument;
+    char step[16]; /* "zero", "white" */
+    char tile[48]; /* serial number of the tile, "" */
+    char operator_name[STORE_TEXT_SIZE];
+    char boot_id[STORE_UUID_SIZE]; /* the machine's */
+    int64_t boottime_ms;
+    char taken_at[STORE_TIME_SIZE]; /* out: RFC 3339 UTC */
+};
+
+/* One measurement with everything that belongs to it. */
+struct store_record {
+    /* out: set by store_add_record() */
+    char id[STORE_UUID_SIZE];       /* UUIDv7; never goes back, whatever the clock does */
+    int64_t seq;                    /* gap-free from the first */
+    char taken_at[STORE_TIME_SIZE]; /* RFC 3339 UTC with milliseconds */
+
+    char uuid[STORE_UUID_SIZE];          /* the client's */
+    char parameters_sha256[65];          /* of the request, to tell a retry from a reuse */
+    char operator_name[STORE_TEXT_SIZE]; /* "" */
+    struct store_instrument instrument;  /* all "" for a spectrum that a client sent */
+    enum specular specular;
+    double aperture_mm; /* NAN */
+    size_t replicates;  /* each on the grid of `spectrum`; SCE of all or none, so SCI */
+    struct spectrum replicate[STORE_MAX_REPLICATES];     /* SCE as measured; n = 0: none */
+    struct spectrum replicate_sci[STORE_MAX_REPLICATES]; /* SCI as measured; n = 0: none */
+    const int32_t *raw; /* [raw_n], borrowed: replicates x (sce, sci) x bands, or NULL */
+    size_t raw_n;
+    double raw_unit;          /* reflectance that a raw 1 stands for; NAN */
+    double surface;           /* what was taken off SCI to get `spectrum`; NAN: nothing */
+    struct spectrum spectrum; /* the mean that was matched, 1 band or more */
+    double XYZ[3], Lab[3];
+    int sRGB[3];
+    double ITA;
+    char ita_scheme[32], illuminant[16], observer[8];
+    char calibration_id[STORE_UUID_SIZE]; /* "" */
+    int64_t fence;                        /* 0: no lease */
+    char subject[STORE_UUID_SIZE], site[STORE_TEXT_SIZE], corrects[STORE_UUID_SIZE]; /* "" */
+    char flags[1024];      /* JSON array of tokens */
+    char match_json[8192]; /* the match object; "" where there was no match */
+    char table_name[256], table_sha256[65], method[16];
+    char boot_id[STORE_UUID_SIZE];
+    int64_t boottime_ms;
+};
+
+struct store_subject {
+    char id[STORE_UUID_SIZE]; /* out: random */
+    char label[STORE_TEXT_SIZE], name[STORE_TEXT_SIZE];
+    int birth_year; /* 0: not known */
+    char notes[STORE_NOTES_SIZE];
+    bool forgotten;
+};
+
+/* ---- writing: one thread ------------------------------------------------------------ */
+
+/* A group of jobs is one transaction.  Each job is all or nothing on its own
+ * (savepoint): one that fails leaves the group and the others as they were, and no gap
+ * in seq.  Only a failure that takes the transaction along (a full disk may) loses the
+ * group; every later job and the commit then say so, and none of it was kept.  A job
+ * outside a group is a group of its own.
+ *
+ * store_begin() also refuses with STATUS_IO when station.db or its -wal is not the file
+ * it was opened as (moved or deleted under the service): close, and open anew.
+ * After STATUS_DAMAGED nothing is written any more until the store is opened anew. */
+enum status store_begin(struct store *store);
+enum status store_commit(struct store *store);
+void store_rollback(struct store *store);
+
+/* Add a record.  The uuid ("" for none) is looked up first: with the same
+ * parameters_sha256 *known is true and the stored id, seq and taken_at are returned;
+ * with others STATUS_EXISTS.  STATUS_NOT_FOUND for a subject (forgotten ones too), a
+ * calibration or a corrected record that is not there, STATUS_RANGE for spectra that do not
+ * fit together: store_bad_member() names the member.  On failure *record is as it was. */
+enum status store_add_record(struct store *store, struct store_record *record, bool *known);
+enum status store_add_calibration(struct store *store, struct store_calibration *calibration);
+/* who: for the audit row. */
+enum status store_add_subject(struct store *store, struct store_subject *subject, const char *who);
+
+/* The member that the last STATUS_NOT_FOUND or STATUS_RANGE was about: "subject". */
+const char *store_bad_member(const struct store *store);
+
+/* Erase the person for good; measurements stay under the random id.  In one transaction
+ * the row goes, its bytes overwritten (secure_delete), and subject_person is written anew,
+ * so that no stale copy stays in the file; then the WAL is checkpointed and cut to 0.
+ * STATUS_NOT_FOUND.  Commits by itself: call it outside a group.
+ *
+ * A reader that is in the middle of a statement holds the WAL: then *erased is false,
+ * the person is gone for every new reader, and the bytes go with the first
+ * store_finish_erasing() after that reader is done, at the latest when the store is closed or
+ * opened next.  Not reached: backups, and damaged files that were moved aside. */
+enum status store_forget_subject(struct store *store, const char *subject_id, const char *who,
+                                 bool *erased);
+
+/* Try again what is left of forgetting; costs nothing where nothing is.  Outside a group.
+ * *erased: nothing is left. */
+enum status store_finish_erasing(struct store *store, bool *erased);
+
+/* Anything else worth an audit row: who did what to which id.  STATUS_RANGE for an
+ * action that the store itself writes (db/audit.h). */
+enum status store_audit(struct store *store, const char *who, const char *action,
+                        const char *entity);
+
+/* Client uuids older than 30 days are dropped, except that their records stay, and so
+ * do the newest 1 000 uuids: a clock that steps must not make a second reading of a
+ * retry. */
+enum status store_prune(struct store *store);
+
+/* A PASSIVE checkpoint, for the worker: neither waits nor makes anyone wait.  Pages left in
+ * the WAL afterwards, which a reader may hold. */
+enum status store_checkpoint(const char *state_folder, int *left);
+
+/* Size of the WAL, 0 where there is none: for an alarm when a long reader pins it. */
+enum status store_wal_bytes(const char *state_folder, int64_t *ret);
+
+/* ---- reading: any thread, own connection --------------------------------------------- */
+
+struct store_reader;
+
+/* Holds no lock and no snapshot between calls.  While STATE/station.damaged stands,
+ * the file that was moved aside is opened instead: what can still be read from it is read.
+ * A folder that cannot be written is no hindrance as long as the WAL is empty.
+ * STATUS_NOT_FOUND where there is no store yet, STATUS_FORMAT, STATUS_VERSION,
+ * STATUS_DAMAGED, STATUS_IO. */
+enum status store_reader_open(const char *state_folder, struct store_reader **ret);
+void store_reader_close(struct store_reader *reader); /* takes NULL */
+
+/* From another thread: what the reader is doing ends with STATUS_CANCELLED. */
+void store_reader_interrupt(struct store_reader *reader);
+
+/* By id, or by the client's uuid (NULL: not asked) as long as store_prune() left it.
+ * raw is NULL in *ret, raw_n its size.  STATUS_NOT_FOUND; after STATUS_DAMAGED *ret may be
+ * half filled. */
+enum status store_get(struct store_reader *reader, const char *id, const char *uuid,
+                      struct store_record *ret);
+
+/* Records with seq > since_seq in order of seq, of one subject (NULL: all), up to the
+ * newest at the call, until the callback returns false.  The callback may take its time:
+ * nothing is held while it runs. */
+typedef bool store_visit(void *context, const struct store_record *record);
+enum status store_list(struct store_reader *reader, int64_t since_seq, const char *subject,
+                       store_visit *visit, void *context);
+
+typedef bool store_visit_subject(void *context, const struct store_subject *subject);
+enum status store_list_subjects(struct store_reader *reader, store_visit_subject *visit,
+                                void *context);
+
+/* Sites that records name, each once. */
+typedef bool store_visit_text(void *context, const char *text);
+enum status store_list_sites(struct store_reader *reader, store_visit_text *visit, void *context);
+
+/* The last calibration of an instrument for a step; the instrument is known by driver,
+ * maker, model and serial, the firmware may have changed.  STATUS_NOT_FOUND. */
+enum status store_last_calibration(struct store_reader *reader,
+                                   const struct store_instrument *instrument, const char *step,
+                                   struct store_calibration *ret);
+
+/* integrity_check, foreign keys, gap-free seq, audit chain from the first row to the last,
+ * every row covered by an audit row and as it was (db/audit.h).  Reads everything in one
+ * snapshot, which holds the WAL meanwhile.  STATUS_DAMAGED with *ret filled, what[]
+ * naming the first thing wrong. */
+struct store_verify_report {
+    int64_t records, audit_rows, first_seq, last_seq;
+    char last_hash[65]; /* of the chain: keep a copy elsewhere to notice a chain made anew */
+    char what[STORE_TEXT_SIZE];
+};
+enum status store_verify(struct store_reader *reader, struct store_verify_report *ret);
+
+#endif
