@@ -18,17 +18,20 @@ PKG_LIBS   = $(shell pkg-config --libs $(PACKAGES))
 
 core_c  := $(wildcard src/base/*.c src/optics/*.c src/colour/*.c src/match/*.c)
 db_c    := $(wildcard db/*.c)
+json_c  := $(wildcard src/json/*.c)
 station_c := $(wildcard src/station/*.c)
 drivers_c := $(wildcard drivers/*.c drivers/*/*.c)
 cli_c   := $(wildcard src/cli/*.c)
 tests_c := $(wildcard tests/*/test_*.c)
 support_c := $(wildcard tests/support/*.c tests/drivers/contract.c)
+fuzz_c  := $(wildcard tests/fuzz/*.c)
 all_h   := $(wildcard src/*.h src/*/*.h db/*.h drivers/*.h drivers/*/*.h tests/*/*.h)
 public_h := $(shell sed -n 's/^.include "\(.*\)".*/\1/p' src/skinspec.h)
 objects  = $(patsubst %.c,$(BUILD)/obj/%.o,$(1))
 core_o  := $(call objects,$(core_c))
 db_o    := $(call objects,$(db_c))
-station_o := $(call objects,$(station_c))
+json_o  := $(call objects,$(json_c))
+station_o := $(call objects,$(station_c)) $(BUILD)/obj/protocol_schema.o
 drivers_o := $(call objects,$(drivers_c))
 cli_o   := $(call objects,$(cli_c))
 tests   := $(patsubst tests/%.c,$(BUILD)/tests/%,$(tests_c))
@@ -39,7 +42,8 @@ lib_so  := $(BUILD)/libskinspec.so.0
 program := $(BUILD)/skinspec
 tables  := $(BUILD)/tables/table-two-layer.db $(BUILD)/tables/table-paper.db
 
-.PHONY: FORCE help all demo test asan cover lint format install clean need-build need-test need-lint
+.PHONY: FORCE help all demo test test-fuzz asan cover lint format docs install clean \
+        need-build need-test need-fuzz need-lint
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -54,6 +58,15 @@ demo: $(program) $(tables) ## match the example spectra and show the answers
 test: need-test all $(tests) $(tables) ## all tests
 	@BUILD=$(BUILD) tools/run-tests $(tests)
 
+FUZZ_SECONDS ?= 60
+test-fuzz: need-fuzz ## random lines against the protocol for FUZZ_SECONDS (60)
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/fuzz CC=clang CFLAGS='-O1 -g -fno-omit-frame-pointer' \
+	    EXTRA='-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all' $(BUILD)/fuzz/fuzz_protocol
+	@tools/protocol-docs --seeds $(BUILD)/fuzz/seeds --dictionary $(BUILD)/fuzz/protocol.dict
+	@mkdir -p $(BUILD)/fuzz/corpus
+	@cd $(BUILD)/fuzz && ./fuzz_protocol -max_total_time=$(FUZZ_SECONDS) -max_len=66000 -timeout=5 \
+	    -dict=protocol.dict -print_final_stats=1 corpus seeds
+
 asan: ## all tests under AddressSanitizer and UndefinedBehaviorSanitizer
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan CFLAGS='-O1 -g -fno-omit-frame-pointer' \
 	    EXTRA='-fsanitize=address,undefined -fno-sanitize-recover=all' test
@@ -62,17 +75,21 @@ cover: need-cover ## coverage of optics, colour, match, db and drivers: 95 % of 
 	@rm -rf $(BUILD)/cover/obj
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/cover CFLAGS='-O0 -g' EXTRA='--coverage' test
 	@cd $(BUILD)/cover && gcovr --root $(CURDIR) --object-directory obj --exclude-throw-branches \
-	    --filter '$(CURDIR)/src/(optics|colour|match)/' --filter '$(CURDIR)/(db|drivers)/' --sort-percentage \
+	    --filter '$(CURDIR)/src/(optics|colour|match|json|station)/' --filter '$(CURDIR)/(db|drivers)/' --sort-percentage \
 	    --txt - --fail-under-line 95
 	@cd $(BUILD)/cover && gcovr --root $(CURDIR) --object-directory obj --exclude-throw-branches \
-	    --filter '$(CURDIR)/src/(optics|colour|match)/' --filter '$(CURDIR)/(db|drivers)/' --branches \
+	    --filter '$(CURDIR)/src/(optics|colour|match|json|station)/' --filter '$(CURDIR)/(db|drivers)/' --branches \
 	    --txt - --fail-under-branch 90
 
 lint: need-lint ## layout, static analysis, and warnings of gcc and clang as errors
 	@tools/lint
 
 format: need-lint ## lay out the sources by clang-format
-	@clang-format -i $(core_c) $(station_c) $(db_c) $(drivers_c) $(cli_c) $(tests_c) $(support_c) $(all_h) docs/examples/*.c
+	@clang-format -i $(core_c) $(json_c) $(station_c) $(db_c) $(drivers_c) $(cli_c) $(tests_c) \
+	    $(support_c) $(fuzz_c) $(all_h) docs/examples/*.c
+
+docs: ## docs/protocol.md from the protocol's description
+	@tools/protocol-docs > docs/protocol.md.new && mv docs/protocol.md.new docs/protocol.md
 
 install: all ## program, library, headers and examples below DESTDIR/PREFIX
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig \
@@ -100,6 +117,9 @@ need-build:
 need-test: need-build $(unity)/unity.c
 	@tools/need cmd:python3=python3
 
+need-fuzz: need-build
+	@tools/need cmd:clang=clang cmd:python3=python3
+
 need-cover: need-test
 	@tools/need cmd:gcovr=gcovr
 
@@ -123,6 +143,16 @@ $(BUILD)/obj/%.o: %.c $(BUILD)/flags | need-build
 	@echo "  CC $<"
 	@$(CC) $(ALL_CFLAGS) $(PKG_CFLAGS) -MMD -MP -c $< -o $@
 
+# The protocol's description becomes part of the program.  It is ASCII: every byte is a char.
+$(BUILD)/gen/protocol_schema.c: src/station/protocol.schema.json
+	@mkdir -p $(@D)
+	@{ echo '#include "station/protocol_schema.h"'; echo 'const char protocol_schema_text[] = {'; \
+	    od -An -v -tx1 $< | sed 's/ *\([0-9a-f][0-9a-f]\)/0x\1,/g'; echo '0};'; } > $@
+
+$(BUILD)/obj/protocol_schema.o: $(BUILD)/gen/protocol_schema.c $(BUILD)/flags | need-build
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) -c $< -o $@
+
 # Somebody else's sources: our warnings do not apply.
 $(BUILD)/obj/unity.o: $(unity)/unity.c $(BUILD)/flags | need-build
 	@mkdir -p $(@D)
@@ -140,19 +170,23 @@ $(lib_so): $(core_o) src/libskinspec.map
 	    -Wl,--version-script=src/libskinspec.map $(core_o) -o $@ -lm
 	@ln -sf $(@F) $(BUILD)/libskinspec.so
 
-$(program): $(cli_o) $(db_o) $(lib_a)
+$(program): $(cli_o) $(json_o) $(db_o) $(lib_a)
 	@echo "  LD $@"
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
 
 # A test may use everything but the main program.
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(call objects,$(support_c)) $(BUILD)/obj/unity.o \
-        $(filter-out $(BUILD)/obj/src/cli/main.o,$(cli_o)) $(station_o) $(db_o) $(drivers_o) $(lib_a)
+        $(filter-out $(BUILD)/obj/src/cli/main.o,$(cli_o)) $(json_o) $(station_o) $(db_o) $(drivers_o) $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
+
+$(BUILD)/fuzz_%: $(BUILD)/obj/tests/fuzz/fuzz_%.o $(station_o) $(json_o) $(lib_a)
+	@$(CC) $(ALL_CFLAGS) -fsanitize=fuzzer $^ -o $@ $(PKG_LIBS) -lm
 
 # What rows are made by: a change there makes the tables anew.
 $(BUILD)/tables/table-%.db: $(lib_a) $(db_o) | $(program)
 	@mkdir -p $(@D)
 	@$(program) table build --model $* --out $@ --force
 
--include $(patsubst %.o,%.d,$(core_o) $(station_o) $(db_o) $(drivers_o) $(cli_o) $(call objects,$(tests_c) $(support_c)))
+-include $(patsubst %.o,%.d,$(core_o) $(json_o) $(station_o) $(db_o) $(drivers_o) $(cli_o) \
+    $(call objects,$(tests_c) $(support_c) $(fuzz_c)))
