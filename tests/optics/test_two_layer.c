@@ -69,8 +69,9 @@ static const struct transport_case {
     const char *what;
     double thinnest_mm, thickest_mm, rms, most;
 } transport_cases[] = {
-    { "an epidermis of 0.06 to 0.10 mm", 0.059, 0.101, 0.007, 0.02 },
-    { "all of the table", 0.0, 1.0, 0.007, 0.027 },
+    { "the bar, from 0.06 mm up", 0.059, 0.151, 0.007, 0.02 },
+    /* The bar is 0.02 here too and is missed: 0.0263, measured (docs/physics.md). */
+    { "no worse than known, all of the table", 0.0, 1.0, 0.007, 0.0264 },
 };
 
 /* Adds row i's squared differences, and keeps the largest. */
