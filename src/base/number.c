@@ -1,4 +1,5 @@
-/* number.c - strtod and printf under the C locale, whatever the program's is. */
+/* number.c - strtod and printf under the C locale, whatever the program's is; and for
+ * the numbers that answers are full of, exact digits without either. */
 #define _GNU_SOURCE /* strtod_l */
 #include "base/number.h"
 
@@ -6,6 +7,8 @@
 #include <locale.h>
 #include <math.h>
 #include <pthread.h>
+#include <stdbool.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -61,7 +64,8 @@ const char *number_format(double x, int digits, char text[NUMBER_TEXT_SIZE])
     return text;
 }
 
-const char *number_format_exact(double x, char text[NUMBER_TEXT_SIZE])
+/* 15, 16 or 17 digits, the first that read back: right for every double. */
+static const char *format_by_trying(double x, char text[NUMBER_TEXT_SIZE])
 {
     for (int digits = 15; digits < 17; digits++) {
         double back;
@@ -70,4 +74,98 @@ const char *number_format_exact(double x, char text[NUMBER_TEXT_SIZE])
             return text;
     }
     return number_format(x, 17, text);
+}
+
+#ifdef __SIZEOF_INT128__
+/* ---- the same digits by whole numbers ---------------------------------------------------
+ *
+ * For 1e-4 <= x < 1e15, which are written without an exponent.  x = m 2^e with
+ * 2^52 <= m < 2^53.  With p such that x 10^p has 17 digits before its point,
+ * x 10^p = N / 2^s where N = m 5^p and s = -(e + p).  There p is 2 .. 20 (21 while it is
+ * looked for) and s 1 .. 46, so N < 2^102 and all of this is exact.  So is the question
+ * whether digits read back as x: whether they lie nearer to it than half-way to the
+ * next double, 5^p / 2 in units of N.  (Half-way itself has more than 17
+ * digits; and powers of 2, below which doubles are closer, here have at most 15.) */
+
+__extension__ typedef unsigned __int128 wide;
+
+static const double by_whole_min = 1e-4, by_whole_max = 1e15;
+
+struct scaled {
+    wide N;
+    int p, s;
+    uint64_t gap; /* 5^p: from x to the next double, in units of N */
+};
+
+static void scale(double x, struct scaled *ret)
+{
+    int e;
+    uint64_t m = (uint64_t)ldexp(frexp(x, &e), 53);
+    e -= 53;
+    /* Begin with the decimal exponent of 2^(e + 52): that of x, or one less. */
+    int p = 16 - (int)floor(0.3010299956639812 * (e + 52));
+    uint64_t gap = 1;
+    for (int i = 0; i < p; i++)
+        gap *= 5;
+    *ret = (struct scaled){ m * (wide)gap, p, -(e + p), gap };
+    if (ret->N >> ret->s >= 100000000000000000u)
+        *ret = (struct scaled){ m * (wide)(gap / 5), p - 1, -(e + p - 1), gap / 5 };
+}
+
+/* x 10^p to a multiple of `unit`, 1, 10 or 100: half to even, as printf; the number of
+ * units in *ret.  Whether it reads back as x. */
+static bool round_scaled(const struct scaled *x, uint64_t unit, uint64_t *ret)
+{
+    uint64_t whole = (uint64_t)(x->N >> x->s), units = whole / unit;
+    wide step = (wide)unit << x->s, rest = x->N - ((wide)(units * unit) << x->s);
+    bool up = 2 * rest > step || (2 * rest == step && units % 2 == 1);
+    *ret = units + (up ? 1 : 0);
+    wide off = up ? step - rest : rest;
+    return 2 * off < x->gap;
+}
+
+/* units / 10^decimals, decimals <= 20, with no zeros at the end. */
+static void write_units(uint64_t units, int decimals, char *text)
+{
+    char digit[24];
+    int n = 0;
+    for (; units % 10 == 0; units /= 10)
+        decimals--;
+    for (; units > 0 || n <= decimals; units /= 10)
+        digit[n++] = (char)('0' + units % 10);
+    while (n > 0) {
+        if (n == decimals)
+            *text++ = '.';
+        *text++ = digit[--n];
+    }
+    for (; decimals < 0; decimals++)
+        *text++ = '0';
+    *text = '\0';
+}
+
+static void format_by_whole_numbers(double x, char *text)
+{
+    static const uint64_t unit[] = { 1, 10, 100 };
+    struct scaled scaled;
+    uint64_t units;
+    int dropped = 2; /* of 17 digits */
+    scale(x, &scaled);
+    while (!round_scaled(&scaled, unit[dropped], &units) && dropped > 0)
+        dropped--;
+    write_units(units, scaled.p - dropped, text);
+}
+#endif
+
+const char *number_format_exact(double x, char text[NUMBER_TEXT_SIZE])
+{
+#ifdef __SIZEOF_INT128__
+    if (fabs(x) >= by_whole_min && fabs(x) < by_whole_max) {
+        text[0] = '-';
+        format_by_whole_numbers(fabs(x), text + (x < 0.0 ? 1 : 0));
+        return text;
+    }
+#endif
+    if (x == 0.0)
+        return strcpy(text, "0");
+    return format_by_trying(x, text);
 }

@@ -2,6 +2,7 @@
 #include "match/match.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #include "colour/delta_e.h"
 #include "colour/lab.h"
@@ -22,55 +23,92 @@ enum match_by matcher_default_by(const struct table *table)
     return table->spectrum != NULL ? MATCH_SPECTRUM : MATCH_RGB;
 }
 
+/* Weights laid on the table's own bands; none where bands that colour/xyz.h does not
+ * take were put into a table by hand: spectra on them have no colour. */
+static enum status open_weights(const struct table *table, struct xyz_weights **ret)
+{
+    const struct recipe *recipe = &table->recipe;
+    *ret = NULL;
+    if (recipe->bands == 0)
+        return STATUS_OK;
+    struct xyz_weights *weights = calloc(1, sizeof *weights);
+    if (weights == NULL)
+        return STATUS_NO_MEMORY;
+    if (xyz_weights_init(recipe->illuminant, recipe->observer, recipe->first_nm, recipe->step_nm,
+                         recipe->bands, weights) == STATUS_OK)
+        *ret = weights;
+    else
+        free(weights);
+    return STATUS_OK;
+}
+
 enum status matcher_open(const struct table *table, enum match_by by, struct matcher *ret)
 {
-    struct nearest *nearest;
-    enum status s = nearest_open(table, by, &nearest);
+    struct matcher matcher = { .table = table, .by = by };
+    enum status s = nearest_open(table, by, &matcher.nearest);
     if (s == STATUS_OK)
-        *ret = (struct matcher){ table, by, nearest };
+        s = open_weights(table, &matcher.weights);
+    if (s == STATUS_OK)
+        *ret = matcher;
+    else
+        matcher_close(&matcher);
     return s;
 }
 
 void matcher_close(struct matcher *matcher)
 {
     nearest_close(matcher->nearest);
+    free(matcher->weights);
     matcher->nearest = NULL;
+    matcher->weights = NULL;
 }
 
-/* The part of the spectrum that colour is taken from: the table's bands where
- * the spectrum is on the same grid and has them all, else all of it. */
-static void colour_bands(const struct recipe *recipe, const struct spectrum *s, size_t *first,
+/* The part of the spectrum that colour is taken from: the table's bands where the
+ * spectrum is on the same grid and has them all, then true; else all of it. */
+static bool colour_bands(const struct recipe *recipe, const struct spectrum *s, size_t *first,
                          size_t *n)
 {
     *first = 0;
     *n = s->n;
     if (recipe->bands == 0 || s->step_nm != recipe->step_nm)
-        return;
+        return false;
     size_t begin = spectrum_band(s, recipe->first_nm);
-    if (begin + recipe->bands <= s->n) {
-        *first = begin;
-        *n = recipe->bands;
-    }
+    if (begin + recipe->bands > s->n)
+        return false;
+    *first = begin;
+    *n = recipe->bands;
+    return true;
+}
+
+static enum status colour_of(const struct xyz_weights *weights, const double *value, double Lab[3],
+                             double rgb[3])
+{
+    double XYZ[3];
+    xyz_from_reflectance(weights, value, XYZ);
+    if (isnan(XYZ[0] + XYZ[1] + XYZ[2]))
+        return STATUS_UNSUPPORTED; /* a band was not measured */
+    lab_from_xyz(XYZ, weights->white, Lab);
+    srgb_linear_from_xyz(XYZ, weights->white, rgb);
+    return STATUS_OK;
+}
+
+/* own: weights of the table's bands, where they have been made (may be NULL). */
+static enum status colour_with(const struct recipe *recipe, const struct xyz_weights *own,
+                               const struct spectrum *spectrum, double Lab[3], double rgb[3])
+{
+    struct xyz_weights weights;
+    size_t first, n;
+    if (colour_bands(recipe, spectrum, &first, &n) && own != NULL)
+        return colour_of(own, spectrum->value + first, Lab, rgb);
+    enum status s = xyz_weights_init(recipe->illuminant, recipe->observer,
+                                     spectrum_nm(spectrum, first), spectrum->step_nm, n, &weights);
+    return s == STATUS_OK ? colour_of(&weights, spectrum->value + first, Lab, rgb) : s;
 }
 
 enum status matcher_colour(const struct table *table, const struct spectrum *spectrum,
                            double Lab[3], double rgb[3])
 {
-    const struct recipe *recipe = &table->recipe;
-    struct xyz_weights weights;
-    double XYZ[3];
-    size_t first, n;
-    colour_bands(recipe, spectrum, &first, &n);
-    enum status s = xyz_weights_init(recipe->illuminant, recipe->observer,
-                                     spectrum_nm(spectrum, first), spectrum->step_nm, n, &weights);
-    if (s != STATUS_OK)
-        return s;
-    xyz_from_reflectance(&weights, spectrum->value + first, XYZ);
-    if (isnan(XYZ[0] + XYZ[1] + XYZ[2]))
-        return STATUS_UNSUPPORTED; /* a band was not measured */
-    lab_from_xyz(XYZ, weights.white, Lab);
-    srgb_linear_from_xyz(XYZ, weights.white, rgb);
-    return STATUS_OK;
+    return colour_with(&table->recipe, NULL, spectrum, Lab, rgb);
 }
 
 static bool at_limit(const struct axis *axis, double value)
@@ -111,7 +149,8 @@ enum status matcher_match(const struct matcher *matcher, const struct spectrum *
         return STATUS_RANGE;
     if (spectrum->specular != SPECULAR_SCE)
         return STATUS_UNSUPPORTED;
-    query.has_colour = matcher_colour(matcher->table, spectrum, query.Lab, query.rgb) == STATUS_OK;
+    query.has_colour = colour_with(&matcher->table->recipe, matcher->weights, spectrum, query.Lab,
+                                   query.rgb) == STATUS_OK;
     struct nearest_hit *found = k < 2 ? two : hits;
     enum status s = nearest_find(matcher->nearest, &query, k < 2 ? 2 : k, found, &match.found);
     if (s != STATUS_OK)
@@ -121,7 +160,9 @@ enum status matcher_match(const struct matcher *matcher, const struct spectrum *
     table_get(matcher->table, match.row_index, &match.row);
     if (query.has_colour)
         match.dE00 = delta_e_2000(query.Lab, match.row.Lab);
-    match.rms = nearest_rms(matcher->table, match.row_index, spectrum);
+    match.rms = matcher->by == MATCH_SPECTRUM
+                    ? match.distance
+                    : nearest_rms(matcher->table, match.row_index, spectrum);
     match.flags = flags_of(matcher, spectrum, &match, found);
     if (k < 2) {
         hits[0] = two[0];

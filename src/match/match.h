@@ -43,17 +43,20 @@ struct match {
     size_t found; /* entries of hits[] */
 };
 
+struct xyz_weights;
+
 struct matcher {
     const struct table *table;
     enum match_by by;
     struct nearest *nearest;
+    struct xyz_weights *weights; /* for the table's own bands; NULL for a table without */
 };
 
 /* The default way for a table: by spectrum where it has spectra, else by rgb. */
 enum match_by matcher_default_by(const struct table *table);
 
 /* The table must outlive the matcher, which many threads may use at a time.
- * STATUS_UNSUPPORTED for spectra of a table without. */
+ * STATUS_UNSUPPORTED for spectra of a table without; STATUS_NO_MEMORY. */
 enum status matcher_open(const struct table *table, enum match_by by, struct matcher *ret);
 void matcher_close(struct matcher *matcher);
 

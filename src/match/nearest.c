@@ -1,10 +1,11 @@
-/* nearest.c - one scan per kind of distance over a table's arrays.
+/* nearest.c - one way of looking at a row per kind of distance, and which rows to look at.
  *
- * A scan offers every row that could be among the k best to a short sorted list.
- * Two shortcuts are taken, both exact: a spectrum's sum of squares only grows, so
- * a row is dropped as soon as it exceeds the k-th best; and CIEDE2000 is at least
- * its lightness term, which grows with distance in L*, so rows are visited
- * outwards from the query's L* until that term alone is too large. */
+ * Every row that could be among the k best is offered to a short sorted list.  Which
+ * those are is said, without missing one, by a tree over colours (match/kd_tree.h);
+ * for spectra by a tree over their principal components (match/components.h); for
+ * CIEDE2000 by its lightness term, which it is at least and which grows with distance in
+ * L*: rows are visited outwards from the query's L* until that term alone is too large.
+ * Where a tree does not apply, all rows are looked at. */
 #include "match/nearest.h"
 
 #include <math.h>
@@ -13,55 +14,26 @@
 
 #include "colour/delta_e.h"
 #include "colour/srgb.h"
+#include "match/best.h"
+#include "match/components.h"
+#include "match/kd_tree.h"
+#include "match/overlap.h"
 
 struct nearest {
     const struct table *table;
     enum match_by by;
-    double *code; /* [n][3] coded sRGB, 0..255, for the rgb kinds */
-    size_t *by_L; /* [n] rows in the order of L*, for de2000 */
+    const double *colour[3]; /* Lab or code of row i: colour[0..2][step * i] */
+    size_t step;
+    double *code;                  /* [n][3] coded sRGB, 0..255, for the rgb kinds */
+    size_t *by_L;                  /* [n] rows in the order of L*, for de2000 */
+    struct components *components; /* for spectra */
+    struct kd_tree *tree;          /* not for de2000; NULL where values are beyond it */
 };
 
 const char *match_by_name(enum match_by by)
 {
     static const char *const name[] = { "rgb", "rgb-float", "lab", "de2000", "spectrum" };
     return name[by];
-}
-
-/* The list of the k best so far, in the caller's hits[].  Sorted by distance,
- * then by row. */
-struct best {
-    struct nearest_hit *hits;
-    size_t k, n;
-};
-
-/* Nothing above this can enter the list. */
-static double best_limit(const struct best *best)
-{
-    return best->n < best->k ? INFINITY : best->hits[best->n - 1].distance;
-}
-
-/* The same for the squares that scans work with, wider by more than root and product
- * round.  The list itself holds roots: squares that differ in their last bits may
- * have the same one, and then the lower row comes first. */
-static double best_limit_square(const struct best *best)
-{
-    double distance = best_limit(best);
-    return distance * distance * (1.0 + 1e-15);
-}
-
-static bool comes_before(double distance, size_t row, const struct nearest_hit *hit)
-{
-    return distance < hit->distance || (distance == hit->distance && row < hit->row);
-}
-
-static void best_offer(struct best *best, size_t row, double distance)
-{
-    if (best->n == best->k && !comes_before(distance, row, &best->hits[best->n - 1]))
-        return;
-    size_t place = best->n < best->k ? best->n++ : best->n - 1;
-    for (; place > 0 && comes_before(distance, row, &best->hits[place - 1]); place--)
-        best->hits[place] = best->hits[place - 1];
-    best->hits[place] = (struct nearest_hit){ row, distance };
 }
 
 /* Coded sRGB on the 0..255 scale: integers for the paper's way, else unrounded. */
@@ -79,12 +51,12 @@ static enum status prepare_codes(struct nearest *nearest)
     nearest->code = calloc(t->n, 3 * sizeof *nearest->code);
     if (nearest->code == NULL)
         return STATUS_NO_MEMORY;
-    for (size_t i = 0; i < t->n; i++) {
-        double code[3];
-        code_of(nearest->by, (double[3]){ t->red[i], t->green[i], t->blue[i] }, code);
-        for (int c = 0; c < 3; c++)
-            nearest->code[3 * i + (size_t)c] = code[c];
-    }
+    for (size_t i = 0; i < t->n; i++)
+        code_of(nearest->by, (double[3]){ t->red[i], t->green[i], t->blue[i] },
+                nearest->code + 3 * i);
+    for (int c = 0; c < 3; c++)
+        nearest->colour[c] = nearest->code + c;
+    nearest->step = 3;
     return STATUS_OK;
 }
 
@@ -119,20 +91,58 @@ static enum status prepare_lightness(struct nearest *nearest)
     return STATUS_OK;
 }
 
-enum status nearest_open(const struct table *table, enum match_by by, struct nearest **ret)
+static void colour_point(void *context, size_t row, double *point)
+{
+    const struct nearest *nearest = context;
+    for (int i = 0; i < 3; i++)
+        point[i] = nearest->colour[i][nearest->step * row];
+}
+
+static void spectrum_point(void *context, size_t row, double *point)
+{
+    const struct nearest *nearest = context;
+    components_row_point(nearest->components, table_spectrum(nearest->table, row), point);
+}
+
+/* Values that no tree takes are not an error: then all rows are looked at. */
+static enum status prepare_tree(struct nearest *nearest)
+{
+    bool spectra = nearest->by == MATCH_SPECTRUM;
+    enum status s = kd_tree_open(nearest->table->n, spectra ? COMPONENTS_DIMS : 3,
+                                 spectra ? spectrum_point : colour_point, nearest, &nearest->tree);
+    return s == STATUS_RANGE ? STATUS_OK : s;
+}
+
+static enum status prepare(struct nearest *nearest)
 {
     enum status s = STATUS_OK;
+    switch (nearest->by) {
+    case MATCH_DE2000:
+        return prepare_lightness(nearest);
+    case MATCH_RGB:
+    case MATCH_RGB_FLOAT:
+        s = prepare_codes(nearest);
+        break;
+    case MATCH_SPECTRUM:
+        s = components_open(nearest->table, &nearest->components);
+        break;
+    case MATCH_LAB:
+        break;
+    }
+    return s == STATUS_OK ? prepare_tree(nearest) : s;
+}
+
+enum status nearest_open(const struct table *table, enum match_by by, struct nearest **ret)
+{
     if (by == MATCH_SPECTRUM && table->spectrum == NULL)
         return STATUS_UNSUPPORTED;
     struct nearest *nearest = calloc(1, sizeof *nearest);
     if (nearest == NULL)
         return STATUS_NO_MEMORY;
-    nearest->table = table;
-    nearest->by = by;
-    if (by == MATCH_RGB || by == MATCH_RGB_FLOAT)
-        s = prepare_codes(nearest);
-    else if (by == MATCH_DE2000)
-        s = prepare_lightness(nearest);
+    *nearest = (struct nearest){
+        .table = table, .by = by, .colour = { table->L, table->a, table->b }, .step = 1
+    };
+    enum status s = prepare(nearest);
     if (s != STATUS_OK) {
         nearest_close(nearest);
         return s;
@@ -147,34 +157,98 @@ void nearest_close(struct nearest *nearest)
         return;
     free(nearest->code);
     free(nearest->by_L);
+    components_close(nearest->components);
+    kd_tree_close(nearest->tree);
     free(nearest);
 }
 
-static void scan_rgb(const struct nearest *nearest, const struct nearest_query *query,
-                     struct best *best)
+/* ---- looking at one row ----------------------------------------------------------------- */
+
+/* One question on its way to an answer. */
+struct search {
+    const struct nearest *nearest;
+    struct best best;
+    double colour[3];       /* the query's, Lab or code */
+    struct overlap overlap; /* for spectra only */
+    double root_bands;      /* a rms times this is a distance between all bands */
+};
+
+static double look_at_colour(void *context, size_t row)
 {
-    double code[3];
-    code_of(nearest->by, query->rgb, code);
-    for (size_t i = 0; i < nearest->table->n; i++) {
-        const double *row = nearest->code + 3 * i;
-        double dr = row[0] - code[0], dg = row[1] - code[1], db = row[2] - code[2];
-        double square = dr * dr + dg * dg + db * db;
-        if (square <= best_limit_square(best))
-            best_offer(best, i, sqrt(square));
+    struct search *search = context;
+    const struct nearest *nearest = search->nearest;
+    double square = 0.0;
+    for (int i = 0; i < 3; i++) {
+        double difference = nearest->colour[i][nearest->step * row] - search->colour[i];
+        square += difference * difference;
     }
+    if (square <= best_limit_square(&search->best))
+        best_offer(&search->best, row, sqrt(square));
+    return best_limit(&search->best);
 }
 
-static void scan_lab(const struct nearest *nearest, const struct nearest_query *query,
-                     struct best *best)
+static double look_at_spectrum(void *context, size_t row)
 {
-    const struct table *t = nearest->table;
-    for (size_t i = 0; i < t->n; i++) {
-        double dL = t->L[i] - query->Lab[0], da = t->a[i] - query->Lab[1],
-               db = t->b[i] - query->Lab[2];
-        double square = dL * dL + da * da + db * db;
-        if (square <= best_limit_square(best))
-            best_offer(best, i, sqrt(square));
+    struct search *search = context;
+    const double bands = (double)search->overlap.n;
+    double limit = bands * best_limit_square(&search->best);
+    double sum = overlap_sum_of_squares(&search->overlap,
+                                        table_spectrum(search->nearest->table, row), limit);
+    if (sum <= limit)
+        best_offer(&search->best, row, sqrt(sum / bands));
+    return search->root_bands * best_limit(&search->best);
+}
+
+static double look_at_de2000(void *context, size_t row)
+{
+    struct search *search = context;
+    const struct table *t = search->nearest->table;
+    const double Lab[3] = { t->L[row], t->a[row], t->b[row] };
+    best_offer(&search->best, row, delta_e_2000(search->colour, Lab));
+    return best_limit(&search->best);
+}
+
+static kd_tree_look *look_of(enum match_by by)
+{
+    if (by == MATCH_SPECTRUM)
+        return look_at_spectrum;
+    return by == MATCH_DE2000 ? look_at_de2000 : look_at_colour;
+}
+
+/* ---- which rows to look at -------------------------------------------------------------- */
+
+/* Told apart outside the loops, which are then as fast as loops over arrays are. */
+static void look_at_all(struct search *search)
+{
+    size_t n = search->nearest->table->n;
+    kd_tree_look *look = look_of(search->nearest->by);
+    if (look == look_at_spectrum)
+        for (size_t row = 0; row < n; row++)
+            look_at_spectrum(search, row);
+    else if (look == look_at_colour)
+        for (size_t row = 0; row < n; row++)
+            look_at_colour(search, row);
+    else
+        for (size_t row = 0; row < n; row++)
+            look_at_de2000(search, row);
+}
+
+/* false, nothing looked at, where the tree does not apply: it knows distances over
+ * all of the table's bands only. */
+static bool look_by_tree(struct search *search)
+{
+    const struct nearest *nearest = search->nearest;
+    double point[COMPONENTS_DIMS];
+    const double *query = search->colour;
+    if (nearest->tree == NULL)
+        return false;
+    if (nearest->by == MATCH_SPECTRUM) {
+        if (search->overlap.n < nearest->table->recipe.bands)
+            return false;
+        components_point(nearest->components, search->overlap.value, point);
+        query = point;
     }
+    return kd_tree_search(nearest->tree, query, look_of(nearest->by), search);
 }
 
 /* First place in the order of L* whose row is not darker than L. */
@@ -191,11 +265,6 @@ static size_t lower_bound(const struct nearest *nearest, double L)
     return low;
 }
 
-static void offer_de2000(const struct table *t, size_t row, const double Lab[3], struct best *best)
-{
-    best_offer(best, row, delta_e_2000(Lab, (double[3]){ t->L[row], t->a[row], t->b[row] }));
-}
-
 /* Whether the lightness term grows from the query to every row: the range that
  * delta_e_2000_lightness() promises it for. */
 static bool can_bound(const struct nearest *nearest, double L)
@@ -205,112 +274,79 @@ static bool can_bound(const struct nearest *nearest, double L)
     return fmin(L, darkest) >= DELTA_E_LIGHTNESS_MIN && fmax(L, lightest) <= DELTA_E_LIGHTNESS_MAX;
 }
 
-static void scan_de2000(const struct nearest *nearest, const struct nearest_query *query,
-                        struct best *best)
+/* Look at the row there; false where its lightness alone is too far. */
+static bool look_by_lightness(struct search *search, size_t place)
 {
-    const struct table *t = nearest->table;
     /* The bound and the distance round differently: leave the bound some slack. */
-    const double slack = 1.0 - 1e-12, L = query->Lab[0];
-    bool bounded = can_bound(nearest, L), up = true, down = true;
-    size_t above = lower_bound(nearest, L), below = above;
+    const double slack = 1.0 - 1e-12;
+    size_t row = search->nearest->by_L[place];
+    double L = search->nearest->table->L[row];
+    if (slack * delta_e_2000_lightness(search->colour[0], L) > best_limit(&search->best))
+        return false;
+    look_at_de2000(search, row);
+    return true;
+}
+
+/* Outwards from the query's lightness; false where that is no order to look in. */
+static bool look_outwards(struct search *search)
+{
+    const struct nearest *nearest = search->nearest;
+    bool up = true, down = true;
+    if (nearest->by != MATCH_DE2000 || !can_bound(nearest, search->colour[0]))
+        return false;
+    size_t above = lower_bound(nearest, search->colour[0]), below = above;
     while (up || down) {
-        up = up && above < t->n;
-        if (up) {
-            size_t row = nearest->by_L[above++];
-            up = !bounded || slack * delta_e_2000_lightness(L, t->L[row]) <= best_limit(best);
-            if (up)
-                offer_de2000(t, row, query->Lab, best);
-        }
-        down = down && below > 0;
-        if (down) {
-            size_t row = nearest->by_L[--below];
-            down = !bounded || slack * delta_e_2000_lightness(L, t->L[row]) <= best_limit(best);
-            if (down)
-                offer_de2000(t, row, query->Lab, best);
-        }
+        up = up && above < nearest->table->n && look_by_lightness(search, above++);
+        down = down && below > 0 && look_by_lightness(search, --below);
     }
+    return true;
 }
 
-/* The query laid on the table's bands: weight 1 where both have the band, else 0.
- * Padded like the table's rows, so that blocks need no remainder. */
-struct overlap {
-    size_t n, padded;
-    double value[SPECTRUM_MAX_BANDS], weight[SPECTRUM_MAX_BANDS];
-};
+/* ---- questions -------------------------------------------------------------------------- */
 
-static void overlap_init(const struct table *table, const struct spectrum *s, struct overlap *ret)
+static enum status search_init(const struct nearest *nearest, const struct nearest_query *query,
+                               size_t k, struct nearest_hit *hits, struct search *ret)
 {
-    const struct recipe *recipe = &table->recipe;
-    ret->n = 0;
-    ret->padded = table->stride;
-    for (size_t i = 0; i < table->stride; i++) {
-        size_t j = s->n;
-        if (i < recipe->bands)
-            j = spectrum_band(s, recipe->first_nm + (double)i * recipe->step_nm);
-        bool both = j < s->n && !isnan(s->value[j]);
-        ret->value[i] = both ? s->value[j] : 0.0;
-        ret->weight[i] = both ? 1.0 : 0.0;
-        ret->n += both ? 1 : 0;
+    if (k == 0)
+        return STATUS_RANGE;
+    ret->nearest = nearest;
+    ret->best = (struct best){ hits, k < nearest->table->n ? k : nearest->table->n, 0 };
+    if (nearest->by == MATCH_SPECTRUM) {
+        overlap_init(nearest->table, query->spectrum, &ret->overlap);
+        ret->root_bands = sqrt((double)ret->overlap.n);
+        return ret->overlap.n < NEAREST_MIN_BANDS ? STATUS_UNSUPPORTED : STATUS_OK;
     }
-}
-
-/* Sum of squares, given up as soon as it exceeds limit (then only > limit). */
-static double sum_of_squares(const float *row, const struct overlap *o, double limit)
-{
-    double sum = 0.0;
-    for (size_t i = 0; i + TABLE_BLOCK <= o->padded && sum <= limit; i += TABLE_BLOCK) {
-        double part[TABLE_BLOCK];
-        for (size_t j = 0; j < TABLE_BLOCK; j++) {
-            double difference = (double)row[i + j] - o->value[i + j];
-            part[j] = o->weight[i + j] * difference * difference;
-        }
-        sum += ((part[0] + part[1]) + (part[2] + part[3])) +
-               ((part[4] + part[5]) + (part[6] + part[7]));
-    }
-    return sum;
-}
-
-static void scan_spectrum(const struct nearest *nearest, const struct overlap *overlap,
-                          struct best *best)
-{
-    const struct table *t = nearest->table;
-    const double bands = (double)overlap->n;
-    for (size_t i = 0; i < t->n; i++) {
-        double limit = bands * best_limit_square(best);
-        double sum = sum_of_squares(table_spectrum(t, i), overlap, limit);
-        if (sum <= limit)
-            best_offer(best, i, sqrt(sum / bands));
-    }
+    if (!query->has_colour)
+        return STATUS_UNSUPPORTED;
+    if (nearest->code != NULL)
+        code_of(nearest->by, query->rgb, ret->colour);
+    else
+        memcpy(ret->colour, query->Lab, sizeof ret->colour);
+    return STATUS_OK;
 }
 
 enum status nearest_find(const struct nearest *nearest, const struct nearest_query *query, size_t k,
                          struct nearest_hit *hits, size_t *found)
 {
-    struct best best = { hits, k < nearest->table->n ? k : nearest->table->n, 0 };
-    struct overlap overlap;
-    if (k == 0)
-        return STATUS_RANGE;
-    if (nearest->by != MATCH_SPECTRUM && !query->has_colour)
-        return STATUS_UNSUPPORTED;
-    switch (nearest->by) {
-    case MATCH_RGB:
-    case MATCH_RGB_FLOAT:
-        scan_rgb(nearest, query, &best);
-        break;
-    case MATCH_LAB:
-        scan_lab(nearest, query, &best);
-        break;
-    case MATCH_DE2000:
-        scan_de2000(nearest, query, &best);
-        break;
-    case MATCH_SPECTRUM:
-        overlap_init(nearest->table, query->spectrum, &overlap);
-        if (overlap.n < NEAREST_MIN_BANDS)
-            return STATUS_UNSUPPORTED;
-        scan_spectrum(nearest, &overlap, &best);
-        break;
-    }
-    *found = best.n;
+    struct search search;
+    enum status s = search_init(nearest, query, k, hits, &search);
+    if (s != STATUS_OK)
+        return s;
+    if (!look_by_tree(&search) && !look_outwards(&search))
+        look_at_all(&search);
+    *found = search.best.n;
+    return STATUS_OK;
+}
+
+enum status nearest_scan(const struct nearest *nearest, const struct nearest_query *query, size_t k,
+                         struct nearest_hit *hits, size_t *found)
+{
+    struct search search;
+    enum status s = search_init(nearest, query, k, hits, &search);
+    if (s != STATUS_OK)
+        return s;
+    look_at_all(&search);
+    *found = search.best.n;
     return STATUS_OK;
 }
 
@@ -327,5 +363,6 @@ double nearest_rms(const struct table *table, size_t row, const struct spectrum 
     overlap_init(table, spectrum, &overlap);
     if (overlap.n == 0)
         return NAN;
-    return sqrt(sum_of_squares(table_spectrum(table, row), &overlap, INFINITY) / (double)overlap.n);
+    double sum = overlap_sum_of_squares(&overlap, table_spectrum(table, row), (double)INFINITY);
+    return sqrt(sum / (double)overlap.n);
 }

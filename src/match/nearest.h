@@ -51,6 +51,11 @@ void nearest_close(struct nearest *nearest); /* takes NULL */
 enum status nearest_find(const struct nearest *nearest, const struct nearest_query *query, size_t k,
                          struct nearest_hit *hits, size_t *found);
 
+/* The same answer from looking at every row: what nearest_find() is tested and measured
+ * against. */
+enum status nearest_scan(const struct nearest *nearest, const struct nearest_query *query, size_t k,
+                         struct nearest_hit *hits, size_t *found);
+
 /* Bands that the spectrum and the table both have and that were measured. */
 size_t nearest_common_bands(const struct table *table, const struct spectrum *spectrum);
 

@@ -8,6 +8,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "tests/support/dice.h"
@@ -179,7 +180,7 @@ static void test_format(void)
     assert_format_cases();
 }
 
-/* expect: the shortest decimal that is that double, by hand. */
+/* expect: the shortest decimal of 15 to 17 digits that is that double, by hand. */
 static const struct exact_case {
     double x;
     const char *text;
@@ -191,6 +192,20 @@ static const struct exact_case {
     { 123456789012345680.0, "1.2345678901234568e+17" },
     { 400.0, "400" },
     { -0.0, "0" },
+    { 1.0, "1" },
+    { -8.0, "-8" },
+    { -0.25, "-0.25" },
+    { 1000.0, "1000" },
+    { 120.5, "120.5" },
+    { 0.001, "0.001" },
+    { 0.0001, "0.0001" },
+    { 0x1.a36e2eb1c432cp-14, "9.999999999999999e-05" },   /* the double before that */
+    { 0.00012207031250000003, "0.00012207031250000003" }, /* the double after 2^-13 */
+    { 0x1.fffffffffffffp-1, "0.9999999999999999" },
+    { 1.0000000000000002, "1.0000000000000002" },
+    { 999999999999999.9, "999999999999999.9" },
+    { 1e15, "1e+15" },
+    { 999999999999999.0, "999999999999999" },
     { 0x1p-1074, "4.94065645841247e-324" },
     { DBL_MAX, "1.7976931348623157e+308" },
 };
@@ -213,27 +228,73 @@ static void test_format_exact(void)
     TEST_ASSERT_EQUAL_STRING("-inf", number_format_exact(-(double)INFINITY, text));
 }
 
-/* Property: 10 000 bit patterns by chance, denormals among them, come back with
- * the same bits. */
-static void test_exact_round_trip(void)
+/* The C library's digits, the first of 15, 16 and 17 that read back. */
+static const char *by_the_library(double x, char text[NUMBER_TEXT_SIZE])
+{
+    for (int digits = 15; digits <= 17; digits++) {
+        snprintf(text, NUMBER_TEXT_SIZE, "%.*g", digits, x);
+        if (strtod(text, NULL) == x)
+            break;
+    }
+    return text;
+}
+
+static double moved(double x, int places)
+{
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    bits += (uint64_t)(int64_t)places;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+/* By turns: any bits; a denormal; 0 to 1; few decimals; any digits about 1e-5 to 1e16;
+ * and next to a power of 2 or of 10, where gaps and digits change. */
+static double some_number(int turn, struct dice *dice)
+{
+    uint64_t bits = dice_bits(dice);
+    int places = (int)dice_below(dice, 9) - 4;
+    double x = 0.0;
+    switch (turn % 7) {
+    case 0:
+        memcpy(&x, &bits, sizeof x);
+        return x;
+    case 1:
+        bits &= 0x800fffffffffffffu;
+        memcpy(&x, &bits, sizeof x);
+        return x;
+    case 2:
+        return dice_between(dice, -1.0, 1.0);
+    case 3:
+        return round(dice_between(dice, -1e6, 1e6)) / pow(10.0, (double)dice_below(dice, 9));
+    case 4:
+        return ldexp(dice_between(dice, 1.0, 2.0), (int)dice_below(dice, 70) - 17);
+    case 5:
+        return moved(ldexp(1.0, (int)dice_below(dice, 70) - 17), places);
+    default:
+        return moved(pow(10.0, (double)dice_below(dice, 21) - 5.0), places);
+    }
+}
+
+/* Property, 1 400 000 numbers: they come back with the same bits, and are the text
+ * that the C library finds by trying. */
+static void test_exact_by_chance(void)
 {
     struct dice dice = { 23 };
     int numbers = 0;
-    for (int i = 0; i < 10000; i++) {
-        uint64_t bits = dice_bits(&dice);
-        double x, back;
-        char text[NUMBER_TEXT_SIZE];
-        if (i % 16 == 0)
-            bits &= 0x800fffffffffffffu; /* a denormal */
-        memcpy(&x, &bits, sizeof x);
+    for (int turn = 0; turn < 1400000; turn++) {
+        char text[NUMBER_TEXT_SIZE], expect[NUMBER_TEXT_SIZE];
+        double back, x = some_number(turn, &dice);
         if (!isfinite(x) || x == 0.0)
             continue;
         numbers++;
-        TEST_ASSERT_TRUE(strlen(number_format_exact(x, text)) < NUMBER_TEXT_SIZE);
+        number_format_exact(x, text);
         TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, number_parse(text, &back), text);
         TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&x, &back, sizeof x, text);
+        if (strcmp(by_the_library(x, expect), text) != 0)
+            TEST_ASSERT_EQUAL_STRING(expect, text);
     }
-    TEST_ASSERT_TRUE(numbers > 9900);
+    TEST_ASSERT_TRUE(numbers > 1390000);
 }
 
 /* ---- locales ------------------------------------------------------------------------- */
@@ -310,7 +371,7 @@ int main(void)
     RUN_TEST(test_parse_count);
     RUN_TEST(test_format);
     RUN_TEST(test_format_exact);
-    RUN_TEST(test_exact_round_trip);
+    RUN_TEST(test_exact_by_chance);
     RUN_TEST(test_comma_locale);
     RUN_TEST(test_threads);
     return UNITY_END();

@@ -297,7 +297,7 @@ static void test_refusals(void)
 
 static void test_open(void)
 {
-    struct matcher matcher = { NULL, MATCH_LAB, NULL };
+    struct matcher matcher = { .table = NULL };
     TEST_ASSERT_EQUAL_INT(MATCH_SPECTRUM, matcher_default_by(&spectral));
     TEST_ASSERT_EQUAL_INT(MATCH_RGB, matcher_default_by(&paper));
     TEST_ASSERT_EQUAL_INT(STATUS_UNSUPPORTED, matcher_open(&paper, MATCH_SPECTRUM, &matcher));
@@ -386,6 +386,33 @@ static void test_colour_of_other_grids(void)
         TEST_ASSERT_EQUAL_MEMORY_MESSAGE(expect, Lab, sizeof Lab, c->what);
         TEST_ASSERT_EQUAL_MEMORY_MESSAGE(expect_rgb, rgb, sizeof rgb, c->what);
     }
+}
+
+/* A table on bands that colour/xyz.h has no weights for is searched all the same. */
+static void test_table_on_bands_without_colour(void)
+{
+    struct recipe recipe = spectral.recipe;
+    struct spectrum s = empty_spectrum(400.0, 20.0, 16);
+    float row_spectrum[16];
+    struct table_row row;
+    struct table t;
+    recipe.step_nm = 20.0;
+    recipe.bands = 16;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, table_init(&recipe, 2, &t));
+    for (size_t i = 0; i < 2; i++) {
+        for (int band = 0; band < 16; band++)
+            row_spectrum[band] = i == 0 ? 0.25f : 0.5f;
+        table_get(&spectral, i, &row);
+        table_set(&t, i, &row, row_spectrum);
+    }
+    for (size_t band = 0; band < s.n; band++)
+        s.value[band] = 0.4375;
+    struct match m = match_once(&t, MATCH_SPECTRUM, &s);
+    TEST_ASSERT_EQUAL_size_t(1, m.row_index);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0625, m.distance);
+    TEST_ASSERT_TRUE(isnan(m.dE00));
+    TEST_ASSERT_TRUE(m.flags & MATCH_NO_COLOUR);
+    table_done(&t);
 }
 
 /* Property, 300 readings by chance: whatever it is searched by, dE00 and rms are
@@ -477,6 +504,7 @@ int main(void)
     RUN_TEST(test_paper_table);
     RUN_TEST(test_colour_over_the_tables_bands);
     RUN_TEST(test_colour_of_other_grids);
+    RUN_TEST(test_table_on_bands_without_colour);
     RUN_TEST(test_answers_are_consistent);
     RUN_TEST(test_k_is_the_callers_room);
     return UNITY_END();

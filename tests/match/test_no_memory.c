@@ -29,13 +29,15 @@ static void *test_aligned_alloc(size_t alignment, size_t size)
 
 #define calloc test_calloc
 #define aligned_alloc test_aligned_alloc
+#include "match/components.c"
+#include "match/kd_tree.c"
+#include "match/match.c"
 #include "match/nearest.c"
 #include "match/recipe.c"
 #include "match/table.c"
 #undef calloc
 #undef aligned_alloc
 
-#include "match/match.h"
 #include "unity.h"
 
 static struct recipe recipe;
@@ -93,13 +95,15 @@ static void test_recipe_check(void)
     TEST_ASSERT_EQUAL_INT(STATUS_NO_MEMORY, recipe_check(&recipe));
 }
 
-/* expect: the search itself, and what its kind prepares. */
+/* expect: the search itself, what its kind prepares (codes: 1, lightness: 2, components: 2,
+ * a tree: its head, rows, levels and points), and the weights of the table's bands. */
 static const struct open_case {
     enum match_by by;
     int enough;
 } open_cases[] = {
-    { MATCH_LAB, 1 },       { MATCH_SPECTRUM, 1 }, { MATCH_RGB, 2 },
-    { MATCH_RGB_FLOAT, 2 }, { MATCH_DE2000, 3 },
+    { MATCH_LAB, 1 + 4 + 1 },     { MATCH_SPECTRUM, 1 + 2 + 4 + 1 },
+    { MATCH_RGB, 1 + 1 + 4 + 1 }, { MATCH_RGB_FLOAT, 1 + 1 + 4 + 1 },
+    { MATCH_DE2000, 1 + 2 + 1 },
 };
 
 static void test_open(void)
@@ -107,7 +111,7 @@ static void test_open(void)
     for (size_t i = 0; i < sizeof open_cases / sizeof *open_cases; i++) {
         const struct open_case *c = &open_cases[i];
         for (int enough = 0; enough <= c->enough; enough++) {
-            struct matcher matcher = { NULL, MATCH_LAB, NULL };
+            struct matcher matcher = { .table = NULL };
             allocations_left = enough;
             enum status s = matcher_open(&table, c->by, &matcher);
             TEST_ASSERT_EQUAL_INT_MESSAGE(enough < c->enough ? STATUS_NO_MEMORY : STATUS_OK, s,

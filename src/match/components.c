@@ -1,0 +1,145 @@
+/* components.c - subspace iteration over a sample of rows.
+ *
+ * Any orthonormal directions give a valid bound; good ones a tight one.  So neither
+ * the sample nor the iteration has to be large: only orthonormality counts. */
+#include "match/components.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SAMPLE_ROWS = 1024, ITERATIONS = 6 };
+
+struct components {
+    size_t bands;
+    double *direction[COMPONENTS]; /* [bands] each, orthonormal or all 0 */
+    double mean[];                 /* [bands], then the directions */
+};
+
+static double dot(size_t n, const double *x, const double *y)
+{
+    double sum = 0.0;
+    for (size_t i = 0; i < n; i++)
+        sum += x[i] * y[i];
+    return sum;
+}
+
+static void add_scaled(size_t n, double factor, const double *x, double *y)
+{
+    for (size_t i = 0; i < n; i++)
+        y[i] += factor * x[i];
+}
+
+/* Take what lies in the earlier directions out of this one; returns the norm left. */
+static double take_out_earlier(const struct components *c, size_t which)
+{
+    double *v = c->direction[which];
+    for (size_t i = 0; i < which; i++)
+        add_scaled(c->bands, -dot(c->bands, c->direction[i], v), c->direction[i], v);
+    return sqrt(dot(c->bands, v, v));
+}
+
+/* Gram-Schmidt, each direction twice: the second time takes out what rounding left of the
+ * first.  A direction that is nearly all in the earlier ones would be made of
+ * rounding, so it becomes 0. */
+static void make_orthonormal(struct components *c)
+{
+    for (size_t which = 0; which < COMPONENTS; which++) {
+        double *v = c->direction[which];
+        double before = sqrt(dot(c->bands, v, v)), after = take_out_earlier(c, which);
+        if (after > 1e-8 * before)
+            after = take_out_earlier(c, which);
+        else
+            after = 0.0;
+        for (size_t i = 0; i < c->bands; i++)
+            v[i] = after > 0.0 ? v[i] / after : 0.0;
+    }
+}
+
+/* Smooth waves: spectra of skin are smooth, so these are not far off. */
+static void begin_with_waves(struct components *c)
+{
+    const double pi = 3.14159265358979323846;
+    for (size_t which = 0; which < COMPONENTS; which++)
+        for (size_t i = 0; i < c->bands; i++)
+            c->direction[which][i] = cos(pi * ((double)i + 0.5) * (double)which / (double)c->bands);
+    make_orthonormal(c);
+}
+
+/* The sample: spectra less their mean, which is kept. */
+static void take_sample(struct components *c, const struct table *table, size_t rows,
+                        double *sample)
+{
+    for (size_t i = 0; i < rows; i++) {
+        const float *spectrum = table_spectrum(table, i * table->n / rows);
+        for (size_t j = 0; j < c->bands; j++)
+            sample[i * c->bands + j] = (double)spectrum[j];
+        add_scaled(c->bands, 1.0 / (double)rows, sample + i * c->bands, c->mean);
+    }
+    for (size_t i = 0; i < rows; i++)
+        add_scaled(c->bands, -1.0, c->mean, sample + i * c->bands);
+}
+
+/* Directions times the sample's covariance: what varies most grows most. */
+static void iterate(struct components *c, size_t rows, const double *sample, double *product)
+{
+    memset(product, 0, COMPONENTS * c->bands * sizeof *product);
+    for (size_t i = 0; i < rows; i++) {
+        const double *x = sample + i * c->bands;
+        for (size_t which = 0; which < COMPONENTS; which++)
+            add_scaled(c->bands, dot(c->bands, x, c->direction[which]), x,
+                       product + which * c->bands);
+    }
+    memcpy(c->direction[0], product, COMPONENTS * c->bands * sizeof *product);
+    make_orthonormal(c);
+}
+
+enum status components_open(const struct table *table, struct components **ret)
+{
+    size_t bands = table->recipe.bands, rows = table->n < SAMPLE_ROWS ? table->n : SAMPLE_ROWS;
+    struct components *c =
+        calloc(1, sizeof *c + (size_t)(1 + COMPONENTS) * bands * sizeof *c->mean);
+    double *scratch = calloc((rows + COMPONENTS) * bands, sizeof *scratch);
+    if (c == NULL || scratch == NULL) {
+        free(scratch);
+        free(c);
+        return STATUS_NO_MEMORY;
+    }
+    c->bands = bands;
+    for (size_t which = 0; which < COMPONENTS; which++)
+        c->direction[which] = c->mean + (1 + which) * bands;
+    take_sample(c, table, rows, scratch);
+    begin_with_waves(c);
+    for (int i = 0; i < ITERATIONS; i++)
+        iterate(c, rows, scratch, scratch + rows * bands);
+    free(scratch);
+    *ret = c;
+    return STATUS_OK;
+}
+
+void components_close(struct components *components)
+{
+    free(components);
+}
+
+void components_point(const struct components *c, const double *value,
+                      double point[COMPONENTS_DIMS])
+{
+    double rest[SPECTRUM_MAX_BANDS];
+    for (size_t i = 0; i < c->bands; i++)
+        rest[i] = value[i] - c->mean[i];
+    for (size_t which = 0; which < COMPONENTS; which++)
+        point[which] = dot(c->bands, c->direction[which], rest);
+    for (size_t which = 0; which < COMPONENTS; which++)
+        add_scaled(c->bands, -point[which], c->direction[which], rest);
+    point[COMPONENTS] = sqrt(dot(c->bands, rest, rest));
+}
+
+void components_row_point(const struct components *c, const float *value,
+                          double point[COMPONENTS_DIMS])
+{
+    double wide[SPECTRUM_MAX_BANDS];
+    for (size_t i = 0; i < c->bands; i++)
+        wide[i] = (double)value[i];
+    components_point(c, wide, point);
+}
