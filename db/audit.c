@@ -1,11 +1,8 @@
-/* audit.c - dumps, digests and the chain; writing and verifying share all three. */
+/* audit.c - digests and the chain; writing and verifying share both. */
 #include "db/audit.h"
 
-#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
-
-#include <nettle/sha2.h>
 
 #include "db/sql.h"
 
@@ -59,88 +56,6 @@ bool audit_is_about_rows(const char *action)
     return kind_of(action) < AUDIT_KINDS;
 }
 
-/* ---- the canonical dump ------------------------------------------------------------ */
-
-static void add(struct sha256_ctx *sha256, const void *bytes, size_t n)
-{
-    sha256_update(sha256, n, bytes);
-}
-
-/* NAME=TYPELENGTH: by hand: with snprintf it is a tenth of the time of a record. */
-static void add_value(struct sha256_ctx *sha256, const char *name, char type, const void *bytes,
-                      size_t n)
-{
-    char head[24];
-    size_t at = sizeof head;
-    head[--at] = ':';
-    for (size_t left = n; at == sizeof head - 1 || left > 0; left /= 10)
-        head[--at] = (char)('0' + left % 10);
-    head[--at] = type;
-    head[--at] = '=';
-    add(sha256, name, strlen(name));
-    add(sha256, head + at, sizeof head - at);
-    add(sha256, bytes, n);
-    add(sha256, "\n", 1);
-}
-
-static void add_integer(struct sha256_ctx *sha256, const char *name, int64_t x)
-{
-    char digits[24];
-    int n = snprintf(digits, sizeof digits, "%" PRId64, x);
-    add_value(sha256, name, 'i', digits, (size_t)n);
-}
-
-static void add_float(struct sha256_ctx *sha256, const char *name, double x)
-{
-    char digits[16];
-    uint64_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    for (int i = 15; i >= 0; i--, bits >>= 4)
-        digits[i] = "0123456789abcdef"[bits & 15];
-    add_value(sha256, name, 'f', digits, sizeof digits);
-}
-
-/* "" stands in SQL as NULL. */
-static void add_text(struct sha256_ctx *sha256, const char *name, const char *text)
-{
-    if (*text != '\0')
-        add_value(sha256, name, 't', text, strlen(text));
-}
-
-static void add_column(struct sha256_ctx *sha256, sqlite3_stmt *row, int i)
-{
-    const char *name = sqlite3_column_name(row, i);
-    switch (sqlite3_column_type(row, i)) {
-    case SQLITE_INTEGER:
-        add_integer(sha256, name, sqlite3_column_int64(row, i));
-        break;
-    case SQLITE_FLOAT:
-        add_float(sha256, name, sqlite3_column_double(row, i));
-        break;
-    case SQLITE_TEXT: {
-        const void *text = sqlite3_column_text(row, i);
-        add_value(sha256, name, 't', text, (size_t)sqlite3_column_bytes(row, i));
-        break;
-    }
-    case SQLITE_BLOB: {
-        const void *blob = sqlite3_column_blob(row, i);
-        add_value(sha256, name, 'b', blob, (size_t)sqlite3_column_bytes(row, i));
-        break;
-    }
-    default:
-        break;
-    }
-}
-
-/* The row the statement stands on; columns up to `columns`. */
-static void add_row(struct sha256_ctx *sha256, const char *table, sqlite3_stmt *row, int columns)
-{
-    add(sha256, table, strlen(table));
-    add(sha256, "\n", 1);
-    for (int i = 0; i < columns; i++)
-        add_column(sha256, row, i);
-}
-
 /* A value that could not be had for want of memory was taken as empty. */
 static bool out_of_memory(sqlite3_stmt *row)
 {
@@ -149,21 +64,16 @@ static bool out_of_memory(sqlite3_stmt *row)
 
 /* ---- digests of the rows an action is about ------------------------------------------- */
 
-struct digests {
-    uint8_t bytes[AUDIT_ROWS_EACH * AUDIT_HASH_SIZE];
-    size_t n; /* rows found, from the first on */
-};
-
 static enum status digest_row(sqlite3_stmt *select, const char *table, const char *entity,
-                              struct digests *ret)
+                              struct audit_digests *ret)
 {
-    struct sha256_ctx sha256;
+    struct audit_dump dump;
     sqlite3_bind_text(select, 1, entity, -1, SQLITE_STATIC);
     int stepped = sqlite3_step(select);
     if (stepped == SQLITE_ROW) {
-        sha256_init(&sha256);
-        add_row(&sha256, table, select, sqlite3_column_count(select));
-        sha256_digest(&sha256, AUDIT_HASH_SIZE, ret->bytes + ret->n * AUDIT_HASH_SIZE);
+        audit_dump_begin(&dump, NULL, table);
+        audit_dump_row(&dump, select, sqlite3_column_count(select));
+        audit_dump_end(&dump, ret->bytes + ret->n * AUDIT_HASH_SIZE);
         ret->n++;
         if (out_of_memory(select))
             stepped = SQLITE_NOMEM;
@@ -173,7 +83,7 @@ static enum status digest_row(sqlite3_stmt *select, const char *table, const cha
 }
 
 static enum status digest_rows(struct audit *audit, size_t k, const char *entity,
-                               struct digests *ret)
+                               struct audit_digests *ret)
 {
     ret->n = 0;
     for (size_t i = 0; k < AUDIT_KINDS && i < AUDIT_ROWS_EACH; i++) {
@@ -215,20 +125,21 @@ void audit_done(struct audit *audit)
 }
 
 /* Id and hash of the last row; 0 and zeros before the first. */
-static enum status read_last(struct audit *audit, int64_t *id, uint8_t hash[AUDIT_HASH_SIZE])
+static enum status read_tail(struct audit *audit)
 {
-    *id = 0;
-    memset(hash, 0, AUDIT_HASH_SIZE);
+    audit->id = 0;
+    memset(audit->hash, 0, sizeof audit->hash);
     int stepped = sqlite3_step(audit->last);
     if (stepped == SQLITE_ROW) {
         const void *blob = sqlite3_column_blob(audit->last, 1);
         if (blob != NULL && sqlite3_column_bytes(audit->last, 1) == AUDIT_HASH_SIZE)
-            memcpy(hash, blob, AUDIT_HASH_SIZE);
+            memcpy(audit->hash, blob, AUDIT_HASH_SIZE);
         else
             stepped = SQLITE_CORRUPT;
-        *id = sqlite3_column_int64(audit->last, 0);
+        audit->id = sqlite3_column_int64(audit->last, 0);
     }
     sqlite3_reset(audit->last);
+    audit->tail_known = sql_status(stepped) == STATUS_OK;
     return sql_status(stepped);
 }
 
@@ -241,7 +152,8 @@ static void bind_text(sqlite3_stmt *insert, int i, const char *text)
 }
 
 static enum status insert_row(sqlite3_stmt *insert, int64_t id, const char *const text[4],
-                              const struct digests *digests, const uint8_t hash[AUDIT_HASH_SIZE])
+                              const struct audit_digests *digests,
+                              const uint8_t hash[AUDIT_HASH_SIZE])
 {
     sqlite3_bind_int64(insert, 1, id);
     for (int i = 0; i < 4; i++)
@@ -255,30 +167,51 @@ static enum status insert_row(sqlite3_stmt *insert, int64_t id, const char *cons
     return sql_step_done(insert);
 }
 
-enum status audit_append(struct audit *audit, const char *at, const char *who, const char *action,
-                         const char *entity)
+/* "" stands in SQL as NULL. */
+static void dump_text(struct audit_dump *dump, const char *name, const char *text)
+{
+    if (*text != '\0')
+        audit_dump_text(dump, name, text, strlen(text));
+}
+
+enum status audit_append_known(struct audit *audit, const char *at, const char *who,
+                               const char *action, const char *entity,
+                               const struct audit_digests *digests)
 {
     const char *const text[4] = { at, who, action, entity };
     static const char *const name[4] = { "at", "who", "action", "entity" };
     uint8_t hash[AUDIT_HASH_SIZE];
-    struct digests digests;
-    struct sha256_ctx sha256;
-    int64_t id;
-    enum status s = digest_rows(audit, kind_of(action), entity, &digests);
-    if (s == STATUS_OK)
-        s = read_last(audit, &id, hash);
+    struct audit_dump dump;
+    enum status s = audit->tail_known ? STATUS_OK : read_tail(audit);
     if (s != STATUS_OK)
         return s;
-    sha256_init(&sha256);
-    add(&sha256, hash, sizeof hash);
-    add(&sha256, "audit\n", 6);
-    add_integer(&sha256, "id", ++id);
+    int64_t id = audit->id + 1;
+    audit_dump_begin(&dump, audit->hash, "audit");
+    audit_dump_integer(&dump, "id", id);
     for (int i = 0; i < 4; i++)
-        add_text(&sha256, name[i], text[i]);
-    if (digests.n > 0)
-        add_value(&sha256, "digests", 'b', digests.bytes, digests.n * AUDIT_HASH_SIZE);
-    sha256_digest(&sha256, sizeof hash, hash);
-    return insert_row(audit->insert, id, text, &digests, hash);
+        dump_text(&dump, name[i], text[i]);
+    if (digests->n > 0)
+        audit_dump_blob(&dump, "digests", digests->bytes, digests->n * AUDIT_HASH_SIZE);
+    audit_dump_end(&dump, hash);
+    s = insert_row(audit->insert, id, text, digests, hash);
+    if (s != STATUS_OK)
+        return s;
+    audit->id = id;
+    memcpy(audit->hash, hash, sizeof hash);
+    return STATUS_OK;
+}
+
+enum status audit_append(struct audit *audit, const char *at, const char *who, const char *action,
+                         const char *entity)
+{
+    struct audit_digests digests;
+    enum status s = digest_rows(audit, kind_of(action), entity, &digests);
+    return s == STATUS_OK ? audit_append_known(audit, at, who, action, entity, &digests) : s;
+}
+
+void audit_forget_tail(struct audit *audit)
+{
+    audit->tail_known = false;
 }
 
 /* ---- verifying ------------------------------------------------------------------------------ */
@@ -295,16 +228,15 @@ static const char *text_of(sqlite3_stmt *row, int column)
  * before, which becomes its own. */
 static bool follows(sqlite3_stmt *row, uint8_t hash[AUDIT_HASH_SIZE], struct audit_report *r)
 {
-    struct sha256_ctx sha256;
+    struct audit_dump dump;
     long long expected = r->rows + 1, id = sqlite3_column_int64(row, COLUMN_ID);
     if (id != expected) {
         snprintf(r->what, sizeof r->what, "audit row %lld is missing", expected);
         return false;
     }
-    sha256_init(&sha256);
-    add(&sha256, hash, AUDIT_HASH_SIZE);
-    add_row(&sha256, "audit", row, COLUMN_HASH);
-    sha256_digest(&sha256, AUDIT_HASH_SIZE, hash);
+    audit_dump_begin(&dump, hash, "audit");
+    audit_dump_row(&dump, row, COLUMN_HASH);
+    audit_dump_end(&dump, hash);
     const void *stored = sqlite3_column_blob(row, COLUMN_HASH);
     if (stored == NULL || sqlite3_column_bytes(row, COLUMN_HASH) != AUDIT_HASH_SIZE ||
         memcmp(stored, hash, AUDIT_HASH_SIZE) != 0) {
@@ -315,7 +247,7 @@ static bool follows(sqlite3_stmt *row, uint8_t hash[AUDIT_HASH_SIZE], struct aud
 }
 
 /* What happened to row i since its digest was taken; NULL: nothing. */
-static const char *changed(const struct digests *now, const uint8_t *then, size_t n, size_t i)
+static const char *changed(const struct audit_digests *now, const uint8_t *then, size_t n, size_t i)
 {
     size_t at = i * AUDIT_HASH_SIZE;
     if (i < now->n && i < n)
@@ -328,7 +260,7 @@ static const char *changed(const struct digests *now, const uint8_t *then, size_
 /* The rows the audit row is about are as they were. */
 static enum status same_rows(struct audit *audit, sqlite3_stmt *row, struct audit_report *r)
 {
-    struct digests now = { .n = 0 };
+    struct audit_digests now = { .n = 0 };
     const char *entity = text_of(row, COLUMN_ENTITY);
     size_t k = kind_of(text_of(row, COLUMN_ACTION));
     if (k == AUDIT_KINDS)

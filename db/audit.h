@@ -35,6 +35,7 @@
 #include <sqlite3.h>
 
 #include "base/status.h"
+#include "db/audit_dump.h"
 
 /* Actions about rows.  Any other is free text about nothing but itself. */
 #define AUDIT_STATION "station.make"
@@ -45,11 +46,14 @@
 #define AUDIT_MEASUREMENT "measurement.add"
 bool audit_is_about_rows(const char *action);
 
-enum { AUDIT_HASH_SIZE = 32, AUDIT_KINDS = 6, AUDIT_ROWS_EACH = 2 };
+enum { AUDIT_KINDS = 6, AUDIT_ROWS_EACH = 2 };
 
-/* Statements of one connection. */
+/* Statements of one connection, and the end of the chain while nobody else can write. */
 struct audit {
     sqlite3_stmt *last, *insert, *row[AUDIT_KINDS][AUDIT_ROWS_EACH];
+    bool tail_known;
+    int64_t id;
+    uint8_t hash[AUDIT_HASH_SIZE];
 };
 
 enum status audit_prepare(sqlite3 *db, struct audit *ret); /* logs nothing; done() on failure too */
@@ -57,9 +61,23 @@ void audit_done(struct audit *audit);
 
 /* Append one row in the transaction that is open, after the rows it is about.
  * entity: their id.  who and entity may be "".  STATUS_NOT_FOUND where there is no
- * such row, and what SQLite says. */
+ * such row, and what SQLite says.  The end of the chain is read once and kept:
+ * audit_forget_tail() at the begin of each transaction and whenever something was rolled
+ * back. */
 enum status audit_append(struct audit *audit, const char *at, const char *who, const char *action,
                          const char *entity);
+
+void audit_forget_tail(struct audit *audit);
+
+/* The same where the digests of the rows are in hand (db/audit_dump.h), in the order
+ * above. */
+struct audit_digests {
+    uint8_t bytes[AUDIT_ROWS_EACH * AUDIT_HASH_SIZE];
+    size_t n;
+};
+enum status audit_append_known(struct audit *audit, const char *at, const char *who,
+                               const char *action, const char *entity,
+                               const struct audit_digests *digests);
 
 /* Check the chain from the first row to the last against the rows it is about, and
  * that there is none besides.  STATUS_DAMAGED, with what[] naming the first thing that

@@ -148,8 +148,17 @@ static const char step_1_triggers[] =
     "CREATE TRIGGER audit_fixed BEFORE UPDATE ON audit\n"
     "BEGIN SELECT RAISE(ABORT, 'append-only'); END;\n";
 
+/* NULL in the rows there are: their dumps stay as they were. */
+static const char step_2_owner[] =
+    "PRAGMA user_version = 2;\n"
+    "ALTER TABLE measurement ADD COLUMN owner_uid INTEGER;\n" /* account that asked for it */
+    "ALTER TABLE calibration ADD COLUMN aperture_mm REAL;\n"  /* that was set */
+    "CREATE INDEX measurement_owner ON measurement(owner_uid, seq) WHERE owner_uid IS NOT NULL;\n"
+    "CREATE INDEX measurement_fence ON measurement(fence) WHERE fence > 0;\n";
+
 const struct station_step station_steps[] = {
     { 1, { step_1_station, step_1_measurement, step_1_match, step_1_triggers } },
+    { 2, { step_2_owner } },
 };
 const size_t station_steps_n = sizeof station_steps / sizeof *station_steps;
 

@@ -1,6 +1,6 @@
 /* station_schema.h - the SQL of station.db, version by version.
  *
- * docs/schema-station.md describes the file for people who query it. */
+ * docs/data.md describes the file for people who query it. */
 #ifndef SKINSPEC_DB_STATION_SCHEMA_H
 #define SKINSPEC_DB_STATION_SCHEMA_H
 

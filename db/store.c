@@ -1,4 +1,4 @@
-/* store.c - groups of jobs, checkpoints, and what all parts of the store use. */
+/* store.c - groups of jobs, and what all parts of the store use. */
 #include "db/store.h"
 
 #include <errno.h>
@@ -12,8 +12,8 @@
 #include "db/sql.h"
 #include "db/store_private.h"
 
-/* All SQL that writes.  A seq is taken from the table itself, so that what is rolled
- * back leaves no gap. */
+/* All SQL that writes.  In each group the first seq is taken from the table itself, so that
+ * what is rolled back leaves no gap. */
 static const char *const statement_sql[STORE_STATEMENTS] = {
     [SQL_BEGIN] = "BEGIN IMMEDIATE",
     [SQL_COMMIT] = "COMMIT",
@@ -31,17 +31,19 @@ static const char *const statement_sql[STORE_STATEMENTS] = {
     [SQL_FIND_SITE] = "SELECT id FROM site WHERE name = ?",
     [SQL_ADD_INSTRUMENT] = "INSERT INTO instrument VALUES (NULL,?,?,?,?,?)",
     [SQL_ADD_SITE] = "INSERT INTO site VALUES (NULL,?)",
-    [SQL_ADD_CALIBRATION] = "INSERT INTO calibration VALUES (?,?,?,?,?,?,?,?)",
+    [SQL_ADD_CALIBRATION] = "INSERT INTO calibration VALUES (?,?,?,?,?,?,?,?,?)",
     [SQL_ADD_SUBJECT] = "INSERT INTO subject VALUES (?)",
     [SQL_ADD_PERSON] = "INSERT INTO subject_person VALUES (?,?,?,?,?)",
+    [SQL_NEXT_SEQ] = ("SELECT coalesce(max(seq) + 1, (SELECT first_seq FROM station))"
+                      " FROM measurement"),
     [SQL_ADD_MEASUREMENT] =
-        ("INSERT INTO measurement VALUES ((SELECT coalesce(max(seq) + 1,"
-         " (SELECT first_seq FROM station)) FROM measurement),"
-         "?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"),
+        ("INSERT INTO measurement VALUES "
+         "(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"),
     [SQL_ADD_MATCH] = "INSERT INTO match VALUES (?,?,?,?,?)",
     [SQL_ADD_UUID] = "INSERT INTO client_uuid VALUES (?,?,?,?)",
     [SQL_PRUNE] = ("DELETE FROM client_uuid WHERE at_ms < ? AND measurement <="
                    " (SELECT max(seq) FROM measurement) - 1000"),
+    [SQL_HIGHEST_FENCE] = STORE_HIGHEST_FENCE,
 };
 
 enum status store_prepare(struct store *store)
@@ -93,7 +95,10 @@ const char *store_path(const char *folder, const char *name, char path[STORE_PAT
 enum status store_connect(const char *path, int flags, sqlite3 **ret)
 {
     sqlite3 *db = NULL;
-    enum status s = sql_status(sqlite3_open_v2(path, &db, flags | SQLITE_OPEN_NOMUTEX, NULL));
+    int code = sqlite3_open_v2(path, &db, flags | SQLITE_OPEN_NOMUTEX, NULL);
+    /* Not allowed to read is another matter than not to write. */
+    bool to_read = (flags & SQLITE_OPEN_READONLY) != 0;
+    enum status s = to_read ? sql_status(code) : sql_status_of(db, code);
     if (s == STATUS_OK)
         s = sql_status(sqlite3_db_config(db, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL));
     if (s == STATUS_OK)
@@ -140,13 +145,41 @@ bool store_has_wal(const char *path)
     return stat(wal, &st) == 0 && st.st_size > 0;
 }
 
+void store_remember_files(struct store_files *files, const char *folder)
+{
+    static const char *const name[STORE_FILES] = { STORE_FILE, STORE_FILE "-wal" };
+    for (size_t i = 0; i < STORE_FILES; i++) {
+        struct stat st;
+        if (stat(store_path(folder, name[i], files->file[i].path), &st) == 0)
+            files->file[i].inode = st.st_ino;
+    }
+}
+
+bool store_files_moved(const struct store_files *files)
+{
+    for (size_t i = 0; i < STORE_FILES; i++) {
+        struct stat st;
+        if (stat(files->file[i].path, &st) != 0 || st.st_ino != files->file[i].inode)
+            return true;
+    }
+    return false;
+}
+
 /* ---- groups and jobs ----------------------------------------------------------------- */
+
+/* What is kept of the ends of seq and of the chain holds no longer. */
+static void forget_ends(struct store *store)
+{
+    store->next_seq = 0;
+    audit_forget_tail(&store->audit);
+}
 
 /* Only where SQLite has not rolled back already, as it does on a full disk. */
 static void roll_back(struct store *store)
 {
     if (!sqlite3_get_autocommit(store->db))
         (void)sql_step_done(store->statement[SQL_ROLLBACK]);
+    forget_ends(store);
     store->in_group = false;
     store->group = STATUS_OK;
 }
@@ -174,32 +207,11 @@ static enum status report(struct store *store, const char *what, enum status s)
     return s;
 }
 
-/* Writes into a file that has lost its name would be lost with it. */
-static bool was_moved(struct store *store)
-{
-    for (size_t i = 0; i < STORE_FILES; i++) {
-        struct stat st;
-        if (stat(store->file[i].path, &st) != 0 || st.st_ino != store->file[i].inode)
-            return true;
-    }
-    return false;
-}
-
-void store_remember_files(struct store *store, const char *folder)
-{
-    static const char *const name[STORE_FILES] = { STORE_FILE, STORE_FILE "-wal" };
-    for (size_t i = 0; i < STORE_FILES; i++) {
-        struct stat st;
-        if (stat(store_path(folder, name[i], store->file[i].path), &st) == 0)
-            store->file[i].inode = st.st_ino;
-    }
-}
-
 enum status store_begin(struct store *store)
 {
     if (store->damaged)
         return STATUS_DAMAGED; /* logged when it was met */
-    if (was_moved(store)) {
+    if (store_files_moved(&store->files)) {
         log_error("store: " STORE_FILE " or its -wal was moved or deleted; "
                   "nothing is stored until it is opened anew");
         return STATUS_IO;
@@ -240,6 +252,7 @@ enum status store_job_begin(struct store *store)
 /* The job is undone and the group goes on, unless the group went with it. */
 static void drop_job(struct store *store, enum status s)
 {
+    forget_ends(store);
     if (store->damaged || sqlite3_get_autocommit(store->db)) {
         store->group = s;
         return;
@@ -274,48 +287,4 @@ const char *store_bad_member(const struct store *store)
 const char *store_station_id(const struct store *store)
 {
     return store->station_id;
-}
-
-/* ---- checkpoints ------------------------------------------------------------------------- */
-
-enum status store_checkpoint(const char *state_folder, int *left)
-{
-    char path[STORE_PATH_SIZE];
-    sqlite3 *db;
-    int log = 0, done = 0;
-    enum status s = store_folder_fits(state_folder);
-    if (s == STATUS_OK)
-        s = store_connect(store_path(state_folder, STORE_FILE, path), SQLITE_OPEN_READWRITE, &db);
-    if (s != STATUS_OK)
-        return s;
-    /* A connection that has read nothing does not know yet that there is a WAL. */
-    int code = sqlite3_exec(db, "SELECT count(*) FROM sqlite_schema", NULL, NULL, NULL);
-    if (code == SQLITE_OK)
-        code = sqlite3_wal_checkpoint_v2(db, NULL, SQLITE_CHECKPOINT_PASSIVE, &log, &done);
-    /* Another one under way is as good. */
-    s = code == SQLITE_BUSY ? STATUS_OK : sql_status(code);
-    if (s == STATUS_OK)
-        *left = log > done ? log - done : 0;
-    else
-        log_error("store: cannot checkpoint '%s': %s", path, sql_reason(db));
-    sqlite3_close(db);
-    return s;
-}
-
-enum status store_wal_bytes(const char *state_folder, int64_t *ret)
-{
-    char path[STORE_PATH_SIZE];
-    struct stat st;
-    enum status s = store_folder_fits(state_folder);
-    if (s != STATUS_OK)
-        return s;
-    if (stat(store_path(state_folder, STORE_FILE "-wal", path), &st) == 0) {
-        *ret = st.st_size;
-    } else if (errno == ENOENT) {
-        *ret = 0;
-    } else {
-        log_error("store: '%s': %s", path, strerror(errno));
-        s = STATUS_IO;
-    }
-    return s;
 }

@@ -10,8 +10,12 @@
  * what a caller asked for are answers; every other cause is logged here, once (want of
  * memory not always).
  *
- * The file belongs to the account that made it (0600).  docs/schema-station.md has
- * the SQL, db/audit.h the chain. */
+ * The file belongs to the account that made it (0600).  docs/data.md has the SQL,
+ * db/audit.h the chain.
+ *
+ * Within a process that has the store or a reader open nobody else may open and close
+ * station.db, its -wal or -shm: closing any descriptor of a file drops all POSIX locks
+ * that the process holds on it.  All functions here go through SQLite, which knows. */
 #ifndef SKINSPEC_DB_STORE_H
 #define SKINSPEC_DB_STORE_H
 
@@ -24,6 +28,18 @@
 
 enum { STORE_UUID_SIZE = 37, STORE_TIME_SIZE = 32, STORE_TEXT_SIZE = 256, STORE_NOTES_SIZE = 4096 };
 enum { STORE_MAX_REPLICATES = 32 };
+
+/* ---- the claim: one writer --------------------------------------------------------- */
+
+/* Nobody else writes in this folder while it is held (flock on STATE/lock), whatever is the
+ * matter with the store; taken at once, so that a second daemon is told before anything
+ * is checked.
+ *   STATUS_EXISTS     somebody has it
+ *   STATUS_READ_ONLY  no lock can be made there; a reader may still work
+ *   STATUS_FULL, STATUS_IO (no such folder), STATUS_NO_MEMORY */
+struct store_claim;
+enum status store_claim(const char *state_folder, struct store_claim **ret);
+void store_claim_release(struct store_claim *claim); /* takes NULL */
 
 /* ---- opening ------------------------------------------------------------------- */
 
@@ -44,10 +60,15 @@ struct store_clock {
  *                    station.db.damaged-TIME (and -wal, -shm), never deleted, and
  *                    STATE/station.damaged written, which keeps this answer until
  *                    store_begin_anew()
- *   STATUS_EXISTS    another process has the store open for writing (flock on STATE/lock)
- *   STATUS_IO        read-only or full folder, no such folder
+ *   STATUS_READ_ONLY, STATUS_FULL  nothing can be written there
+ *   STATUS_IO        failed reads and writes otherwise
  *   STATUS_DB, STATUS_NO_MEMORY
- * clock may be NULL; it is copied. */
+ * clock may be NULL; it is copied.  The claim stays the caller's and outlives the store;
+ * one store at a time is opened with it, on any thread. */
+enum status store_open_claimed(struct store_claim *claim, const struct store_clock *clock,
+                               struct store **ret);
+
+/* Both: with a claim that store_close() gives back.  Statuses of either. */
 enum status store_open(const char *state_folder, const struct store_clock *clock,
                        struct store **ret);
 
@@ -57,9 +78,10 @@ void store_close(struct store *store);
 /* After damage: accept an empty store from here on, with a station id of its own.  Seq
  * goes on above the highest seq that can still be read from the damaged file (1 where
  * none can: a warning says so).  A healthy station.db that was put back by hand
- * is accepted as it is.  STATUS_NOT_FOUND where nothing waits to be accepted;
- * STATUS_EXISTS, STATUS_IO as above. */
-enum status store_begin_anew(const char *state_folder);
+ * is accepted as it is.  STATUS_NOT_FOUND where nothing waits to be accepted; else as
+ * above.  The store is closed when it is called. */
+enum status store_begin_anew_claimed(struct store_claim *claim);
+enum status store_begin_anew(const char *state_folder); /* takes the claim for the time */
 
 const char *store_station_id(const struct store *store); /* random, made with the file */
 
@@ -72,8 +94,9 @@ struct store_instrument {
 struct store_calibration {
     char id[STORE_UUID_SIZE]; /* out: UUIDv7 */
     struct store_instrument instrument;
-    char step[16]; /* "zero", "white" */
-    char tile[48]; /* serial number of the tile, "" */
+    char step[16];      /* "zero", "white" */
+    char tile[48];      /* serial number of the tile, "" */
+    double aperture_mm; /* that was set; NAN */
     char operator_name[STORE_TEXT_SIZE];
     char boot_id[STORE_UUID_SIZE]; /* the machine's */
     int64_t boottime_ms;
@@ -89,6 +112,7 @@ struct store_record {
 
     char uuid[STORE_UUID_SIZE];          /* the client's */
     char parameters_sha256[65];          /* of the request, to tell a retry from a reuse */
+    int64_t owner_uid;                   /* account that asked for it; -1: not known */
     char operator_name[STORE_TEXT_SIZE]; /* "" */
     struct store_instrument instrument;  /* all "" for a spectrum that a client sent */
     enum specular specular;
@@ -131,6 +155,7 @@ struct store_subject {
  * group; every later job and the commit then say so, and none of it was kept.  A job
  * outside a group is a group of its own.
  *
+ * STATUS_FULL and STATUS_READ_ONLY pass with their cause: the next group may succeed.
  * store_begin() also refuses with STATUS_IO when station.db or its -wal is not the file
  * it was opened as (moved or deleted under the service): close, and open anew.
  * After STATUS_DAMAGED nothing is written any more until the store is opened anew. */
@@ -177,9 +202,29 @@ enum status store_audit(struct store *store, const char *who, const char *action
  * retry. */
 enum status store_prune(struct store *store);
 
-/* A PASSIVE checkpoint, for the worker: neither waits nor makes anyone wait.  Pages left in
- * the WAL afterwards, which a reader may hold. */
-enum status store_checkpoint(const char *state_folder, int *left);
+/* The highest fence of a stored measurement, 0 without: leases go on above it.  Inside a
+ * group as well. */
+enum status store_highest_fence(struct store *store, int64_t *ret);
+
+/* ---- checkpoints: any thread, own connection ---------------------------------------------- */
+
+struct store_keeper;
+
+/* The store exists.  Not for longer than the file keeps its place: to be closed and opened
+ * anew with the store.  STATUS_IO where there is none; else as a reader. */
+enum status store_keeper_open(const char *state_folder, struct store_keeper **ret);
+void store_keeper_close(struct store_keeper *keeper); /* takes NULL */
+
+/* A PASSIVE checkpoint: neither waits nor makes anyone wait.  *left: pages left in the WAL
+ * afterwards, which a reader may hold.  STATUS_FULL, STATUS_READ_ONLY, STATUS_IO: what was
+ * committed stays in the WAL, nothing is lost.  STATUS_IO also where the file was moved. */
+enum status store_keeper_checkpoint(struct store_keeper *keeper, int *left);
+
+/* Copy what a keeper has left, if it is no work to speak of, and let the next commit begin the
+ * WAL anew: under a steady load no PASSIVE checkpoint ever finds it all copied, and it would
+ * grow for good.  Never waits: *restarted is false where a reader holds it.  On the
+ * writer's thread, outside a group. */
+enum status store_restart_wal(struct store *store, bool *restarted);
 
 /* Size of the WAL, 0 where there is none: for an alarm when a long reader pins it. */
 enum status store_wal_bytes(const char *state_folder, int64_t *ret);
@@ -190,9 +235,9 @@ struct store_reader;
 
 /* Holds no lock and no snapshot between calls.  While STATE/station.damaged stands,
  * the file that was moved aside is opened instead: what can still be read from it is read.
- * A folder that cannot be written is no hindrance as long as the WAL is empty.
- * STATUS_NOT_FOUND where there is no store yet, STATUS_FORMAT, STATUS_VERSION,
- * STATUS_DAMAGED, STATUS_IO. */
+ * A folder that cannot be written is no hindrance as long as the WAL is empty (else
+ * STATUS_READ_ONLY).  STATUS_NOT_FOUND where there is no store yet, STATUS_FORMAT,
+ * STATUS_VERSION (older ones too: opening the store migrates them), STATUS_DAMAGED, STATUS_IO. */
 enum status store_reader_open(const char *state_folder, struct store_reader **ret);
 void store_reader_close(struct store_reader *reader); /* takes NULL */
 
@@ -205,16 +250,33 @@ void store_reader_interrupt(struct store_reader *reader);
 enum status store_get(struct store_reader *reader, const char *id, const char *uuid,
                       struct store_record *ret);
 
-/* Records with seq > since_seq in order of seq, of one subject (NULL: all), up to the
- * newest at the call, until the callback returns false.  The callback may take its time:
- * nothing is held while it runs. */
+/* The raw integers of a record, malloc'ed, the caller's; NULL and 0 where it has none.
+ * STATUS_NOT_FOUND. */
+enum status store_read_raw(struct store_reader *reader, const char *id, int32_t **ret, size_t *n);
+
+/* Which records: all that is asked for holds. */
+struct store_query {
+    int64_t since_seq;   /* seq is above */
+    int64_t until_seq;   /* and not above; 0: the newest at the call */
+    const char *subject; /* NULL: all */
+    int64_t owner_uid;   /* -1: all */
+};
+
+/* Records in order of seq, until the callback returns false.  The callback may take its
+ * time: nothing is held while it runs. */
 typedef bool store_visit(void *context, const struct store_record *record);
-enum status store_list(struct store_reader *reader, int64_t since_seq, const char *subject,
+enum status store_list(struct store_reader *reader, const struct store_query *query,
                        store_visit *visit, void *context);
 
+/* The seq of the newest record, and the highest fence; 0 without. */
+enum status store_newest(struct store_reader *reader, int64_t *seq);
+enum status store_max_fence(struct store_reader *reader, int64_t *ret);
+
+/* Subjects in the order they were added, those after one ("": from the first), until the
+ * callback returns false.  STATUS_NOT_FOUND for an id that is not there. */
 typedef bool store_visit_subject(void *context, const struct store_subject *subject);
-enum status store_list_subjects(struct store_reader *reader, store_visit_subject *visit,
-                                void *context);
+enum status store_list_subjects(struct store_reader *reader, const char *after_id,
+                                store_visit_subject *visit, void *context);
 
 /* Sites that records name, each once. */
 typedef bool store_visit_text(void *context, const char *text);

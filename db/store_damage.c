@@ -186,8 +186,9 @@ static enum status move(const char *folder, const char *name, const char *suffix
     store_path(folder, both, to);
     if (rename(from, to) == 0 || errno == ENOENT)
         return STATUS_OK;
+    enum status s = sql_errno_status(errno);
     log_error("store: cannot move '%s' aside: %s", from, strerror(errno));
-    return STATUS_IO;
+    return s;
 }
 
 /* Also what an earlier attempt did not come to; a file put back by hand stays. */
@@ -278,7 +279,7 @@ static enum status make_after(const char *folder, const char *aside)
     return store_make(folder, store_now_ms(NULL), highest + 1);
 }
 
-/* With the lock held. */
+/* With the claim held. */
 static enum status accept(const char *folder, const char *aside)
 {
     char path[STORE_PATH_SIZE], marker[STORE_PATH_SIZE];
@@ -286,22 +287,29 @@ static enum status accept(const char *folder, const char *aside)
     if (s == STATUS_OK && access(store_path(folder, STORE_FILE, path), F_OK) != 0)
         s = make_after(folder, aside);
     if (s == STATUS_OK && unlink(store_path(folder, STORE_MARKER, marker)) != 0) {
+        s = sql_errno_status(errno);
         log_error("store: cannot remove '%s': %s", marker, strerror(errno));
-        s = STATUS_IO;
     }
     if (s == STATUS_OK)
         store_sync_folder(folder);
     return s;
 }
 
-enum status store_begin_anew(const char *state_folder)
+enum status store_begin_anew_claimed(struct store_claim *claim)
 {
     char aside[STORE_TEXT_SIZE];
-    int lock;
-    enum status s = store_lock(state_folder, &lock);
+    if (!store_is_put_aside(claim->folder, aside))
+        return STATUS_NOT_FOUND;
+    return accept(claim->folder, aside);
+}
+
+enum status store_begin_anew(const char *state_folder)
+{
+    struct store_claim *claim;
+    enum status s = store_claim(state_folder, &claim);
     if (s != STATUS_OK)
         return s;
-    s = store_is_put_aside(state_folder, aside) ? accept(state_folder, aside) : STATUS_NOT_FOUND;
-    store_unlock(lock);
+    s = store_begin_anew_claimed(claim);
+    store_claim_release(claim);
     return s;
 }

@@ -1,4 +1,4 @@
-/* store_open.c - take the lock, make the file where there is none, check it, migrate it. */
+/* store_open.c - make the file where there is none, check it, migrate it. */
 #include "db/store.h"
 
 #include <errno.h>
@@ -6,44 +6,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include "base/log.h"
 #include "db/sql.h"
 #include "db/station_schema.h"
 #include "db/store_private.h"
-
-/* ---- the lock ----------------------------------------------------------------------- */
-
-enum status store_lock(const char *folder, int *ret)
-{
-    char path[STORE_PATH_SIZE];
-    enum status s = store_folder_fits(folder);
-    if (s != STATUS_OK)
-        return s;
-    int fd = open(store_path(folder, "lock", path), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-    if (fd < 0) {
-        log_error("store: cannot write in '%s': %s", folder, strerror(errno));
-        return STATUS_IO;
-    }
-    if (flock(fd, LOCK_EX | LOCK_NB) == 0) {
-        *ret = fd;
-        return STATUS_OK;
-    }
-    bool taken = errno == EWOULDBLOCK;
-    log_error("store: '%s': %s", folder,
-              taken ? "another process has it open for writing; stop that one first"
-                    : strerror(errno));
-    close(fd);
-    return taken ? STATUS_EXISTS : STATUS_IO;
-}
-
-/* The file stays: removing it would let two in. */
-void store_unlock(int lock)
-{
-    close(lock);
-}
 
 void store_sync_folder(const char *folder)
 {
@@ -107,13 +75,18 @@ static enum status fill(const char *path, int64_t now_ms, int64_t first_seq)
     return s;
 }
 
-/* Synced before it gets its name. */
+/* Synced before it gets its name.  And closed: once it has its name another thread may open
+ * it, whose locks this descriptor would take along. */
 static enum status seal_and_name(int fd, const char *temporary, const char *path)
 {
-    if (fsync(fd) == 0 && rename(temporary, path) == 0)
+    bool good = fsync(fd) == 0;
+    int cause = errno;
+    close(fd);
+    if (good && rename(temporary, path) == 0)
         return STATUS_OK;
-    log_error("store: cannot make '%s': %s", path, strerror(errno));
-    return STATUS_IO;
+    cause = good ? errno : cause;
+    log_error("store: cannot make '%s': %s", path, strerror(cause));
+    return sql_errno_status(cause);
 }
 
 enum status store_make(const char *folder, int64_t now_ms, int64_t first_seq)
@@ -124,13 +97,15 @@ enum status store_make(const char *folder, int64_t now_ms, int64_t first_seq)
     (void)unlink(temporary); /* of one that was killed here */
     int fd = open(temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
     if (fd < 0) {
+        enum status refused = sql_errno_status(errno);
         log_error("store: cannot make '%s': %s", temporary, strerror(errno));
-        return STATUS_IO;
+        return refused;
     }
     enum status s = fill(temporary, now_ms, first_seq);
     if (s == STATUS_OK)
         s = seal_and_name(fd, temporary, path);
-    close(fd);
+    else
+        close(fd);
     if (s == STATUS_OK)
         store_sync_folder(folder);
     else
@@ -251,37 +226,57 @@ static enum status set_up(struct store *store, const char *folder)
     /* Whoever was forgotten just before a crash may still stand in the WAL. */
     store->erasing = true;
     (void)store_finish_erasing(store, &erased);
-    store_remember_files(store, folder);
+    store_remember_files(&store->files, folder);
     (void)sqlite3_db_config(store->db, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 0, NULL);
     store->ready = true;
     return STATUS_OK;
 }
 
-enum status store_open(const char *state_folder, const struct store_clock *clock,
-                       struct store **ret)
+static enum status not_put_aside(const char *folder)
 {
     char aside[STORE_TEXT_SIZE];
+    if (!store_is_put_aside(folder, aside))
+        return STATUS_OK;
+    log_error("store: '%s/%s' was damaged and is kept; nothing is stored until an empty "
+              "store is accepted",
+              folder, aside);
+    return STATUS_DAMAGED;
+}
+
+enum status store_open_claimed(struct store_claim *claim, const struct store_clock *clock,
+                               struct store **ret)
+{
+    const char *folder = claim->folder;
+    enum status s = not_put_aside(folder);
+    if (s != STATUS_OK)
+        return s;
     struct store *store = calloc(1, sizeof *store);
     if (store == NULL)
         return STATUS_NO_MEMORY;
-    store->lock = -1;
     if (clock != NULL)
         store->clock = *clock;
-    enum status s = store_lock(state_folder, &store->lock);
-    if (s == STATUS_OK && store_is_put_aside(state_folder, aside)) {
-        log_error("store: '%s/%s' was damaged and is kept; nothing is stored until an empty "
-                  "store is accepted",
-                  state_folder, aside);
-        s = STATUS_DAMAGED;
-    }
+    s = connect_file(folder, store_now_ms(&store->clock), &store->db);
     if (s == STATUS_OK)
-        s = connect_file(state_folder, store_now_ms(&store->clock), &store->db);
-    if (s == STATUS_OK)
-        s = set_up(store, state_folder);
+        s = set_up(store, folder);
     if (s == STATUS_OK)
         *ret = store;
     else
         store_close(store);
+    return s;
+}
+
+enum status store_open(const char *state_folder, const struct store_clock *clock,
+                       struct store **ret)
+{
+    struct store_claim *claim;
+    enum status s = store_claim(state_folder, &claim);
+    if (s != STATUS_OK)
+        return s;
+    s = store_open_claimed(claim, clock, ret);
+    if (s == STATUS_OK)
+        (*ret)->claim = claim;
+    else
+        store_claim_release(claim);
     return s;
 }
 
@@ -310,7 +305,6 @@ void store_close(struct store *store)
         sqlite3_finalize(store->statement[i]);
     audit_done(&store->audit);
     sqlite3_close(store->db);
-    if (store->lock >= 0)
-        store_unlock(store->lock);
+    store_claim_release(store->claim);
     free(store);
 }

@@ -1,12 +1,15 @@
 /* store_private.h - what the files of the store share; nobody else includes it.
  *
- *   store_open     lock, make, check, migrate, close
+ *   store_claim    the lock
+ *   store_open     make, check, migrate, close
  *   store_damage   what a file is by its bytes; moving aside; beginning anew
- *   store          groups, jobs, checkpoints, the clock
+ *   store          groups, jobs, the clock
+ *   store_keeper   checkpoints
  *   store_write    records, calibrations, subjects, uuids
- *   store_record   a record as SQL values, there and back
+ *   store_row      one row as SQL values and as a dump
+ *   store_record   a record as rows;  store_record_read  and back
  *   store_forget   erasing a person
- *   store_read     readers;  store_verify  what a reader verifies */
+ *   store_read     readers;  store_list  what they list;  store_verify  what they verify */
 #ifndef SKINSPEC_DB_STORE_PRIVATE_H
 #define SKINSPEC_DB_STORE_PRIVATE_H
 
@@ -41,27 +44,40 @@ enum store_statement {
     SQL_ADD_CALIBRATION,
     SQL_ADD_SUBJECT,
     SQL_ADD_PERSON,
+    SQL_NEXT_SEQ,
     SQL_ADD_MEASUREMENT,
     SQL_ADD_MATCH,
     SQL_ADD_UUID,
     SQL_PRUNE,
+    SQL_HIGHEST_FENCE,
     STORE_STATEMENTS
 };
 
-enum { STORE_FILES = 2 };
+struct store_claim {
+    int lock; /* descriptor of STATE/lock */
+    char folder[STORE_PATH_SIZE];
+};
 
-struct store {
-    sqlite3 *db;
+/* station.db and -wal as they were opened. */
+enum { STORE_FILES = 2 }; /* station.db, -wal */
+#define STORE_LARGE_WAL INT64_C(67108864)
+struct store_files {
     struct {
         char path[STORE_PATH_SIZE];
         ino_t inode;
-    } file[STORE_FILES]; /* station.db and -wal as they were opened */
-    int lock;            /* descriptor of STATE/lock, or -1 */
+    } file[STORE_FILES];
+};
+
+struct store {
+    sqlite3 *db;
+    struct store_files files;
+    struct store_claim *claim; /* of our own; NULL: the caller's */
     struct store_clock clock;
     char station_id[STORE_UUID_SIZE];
     struct uuid7 ids;
     sqlite3_stmt *statement[STORE_STATEMENTS];
     struct audit audit;
+    int64_t next_seq;       /* in the open group; 0: not read yet */
     bool in_group, single;  /* single: one job, a group of its own */
     enum status group;      /* why the open group is lost */
     bool ready;             /* open in full */
@@ -73,7 +89,10 @@ struct store {
 /* ---- store.c ------------------------------------------------------------------- */
 
 enum status store_prepare(struct store *store);
-void store_remember_files(struct store *store, const char *folder);
+
+/* Writes into a file that has lost its name would be lost with it. */
+void store_remember_files(struct store_files *files, const char *folder);
+bool store_files_moved(const struct store_files *files);
 
 /* One job: everything between is kept as a whole or not at all.  job_end() gives the
  * job's status, or that of keeping it; `what` is for the log. */
@@ -101,10 +120,6 @@ bool store_has_wal(const char *path); /* with something in it */
 
 /* ---- store_open.c ---------------------------------------------------------------- */
 
-/* The writer's lock; STATUS_EXISTS or STATUS_IO, logged. */
-enum status store_lock(const char *folder, int *ret);
-void store_unlock(int lock);
-
 /* A complete new station.db, put in its place at once or not at all. */
 enum status store_make(const char *folder, int64_t now_ms, int64_t first_seq);
 void store_sync_folder(const char *folder);
@@ -127,19 +142,44 @@ bool store_is_put_aside(const char *folder, char name[STORE_TEXT_SIZE]);
 /* To read what can be read of it; leaves the file as it is. */
 enum status store_connect_aside(const char *path, sqlite3 **ret);
 
+/* ---- store_row.c --------------------------------------------------------------------- */
+
+/* A row of a table that the chain covers: its columns in order, borrowed until it is
+ * inserted. */
+struct store_row {
+    sqlite3_stmt *insert;
+    int i;
+    struct audit_dump dump;
+};
+
+void store_row_begin(struct store_row *row, sqlite3_stmt *insert, const char *table);
+void store_row_text(struct store_row *row, const char *name, const char *text); /* "": NULL */
+void store_row_number(struct store_row *row, const char *name, double x);       /* NAN: NULL */
+void store_row_integer(struct store_row *row, const char *name, int64_t x);
+void store_row_integer_unless(struct store_row *row, const char *name, int64_t x, bool absent);
+void store_row_blob(struct store_row *row, const char *name, const unsigned char *bytes,
+                    size_t n); /* 0: NULL */
+enum status store_row_insert(struct store_row *row, struct audit_digests *digests);
+
 /* ---- store_record.c ------------------------------------------------------------------ */
 
 /* The member that does not fit; NULL where all do. */
 const char *store_record_misfit(const struct store_record *record);
 
 struct store_record_keys {
+    int64_t seq;
     const char *id, *taken_at;
     int64_t instrument, site; /* 0: none */
 };
 
-/* Run SQL_ADD_MEASUREMENT. */
+/* Run SQL_ADD_MEASUREMENT and SQL_ADD_MATCH; each adds its row's digest. */
 enum status store_record_insert(sqlite3_stmt *insert, const struct store_record *record,
-                                const struct store_record_keys *keys);
+                                const struct store_record_keys *keys,
+                                struct audit_digests *digests);
+enum status store_match_insert(sqlite3_stmt *insert, const struct store_record *record, int64_t seq,
+                               struct audit_digests *digests);
+
+/* ---- store_record_read.c ------------------------------------------------------------- */
 
 #define STORE_RECORD_SELECT \
     "SELECT i.driver, i.maker, i.model, i.serial, i.firmware, p.name," \
@@ -154,24 +194,43 @@ enum status store_record_read(sqlite3_stmt *row, struct store_record *ret);
 /* Text into an array, "" for NULL; and the way back. */
 void store_text_read(sqlite3_stmt *row, int column, char *text, size_t size);
 void store_text_bind(sqlite3_stmt *statement, int i, const char *text);
+double store_number_read(sqlite3_stmt *row, int column); /* NAN for NULL */
+
+/* Raw integers, malloc'ed; NULL and 0 for NULL. */
+enum status store_raw_read(sqlite3_stmt *row, int column, int32_t **ret, size_t *n);
 
 /* ---- store_read.c --------------------------------------------------------------------- */
 
-enum store_query {
+#define STORE_HIGHEST_FENCE "SELECT max(fence) FROM measurement WHERE fence > 0"
+
+enum reader_query {
     QUERY_BY_ID,
     QUERY_BY_UUID,
+    QUERY_RAW,
     QUERY_NEWEST,
+    QUERY_HIGHEST_FENCE,
     QUERY_NEXT,
     QUERY_NEXT_OF_SUBJECT,
+    QUERY_NEXT_OF_OWNER,
+    QUERY_NEXT_OF_BOTH,
+    QUERY_SUBJECT_ROW,
     QUERY_SUBJECT,
     QUERY_SITE,
     QUERY_CALIBRATION,
-    STORE_QUERIES
+    READER_QUERIES
 };
 
 struct store_reader {
     sqlite3 *db;
-    sqlite3_stmt *query[STORE_QUERIES];
+    sqlite3_stmt *query[READER_QUERIES];
 };
+
+/* Step to a row: STATUS_OK, STATUS_NOT_FOUND after the last, STATUS_CANCELLED, or a
+ * failure, which is logged. */
+enum status store_reader_step(struct store_reader *reader, sqlite3_stmt *query);
+
+/* The same for a STORE_RECORD_SELECT: the next record; resets the statement. */
+enum status store_reader_record(struct store_reader *reader, sqlite3_stmt *query,
+                                struct store_record *ret);
 
 #endif

@@ -12,14 +12,22 @@
 #include "db/station_schema.h"
 #include "db/store_private.h"
 
-static const char *const query_sql[STORE_QUERIES] = {
+#define NEXT "m.seq > ?1 AND m.seq <= ?2 ORDER BY m.seq LIMIT 1"
+
+/* + keeps SQLite from the index of owners: a subject has fewer records than they. */
+static const char *const query_sql[READER_QUERIES] = {
     [QUERY_BY_ID] = STORE_RECORD_SELECT "WHERE m.id = ?",
     [QUERY_BY_UUID] =
         STORE_RECORD_SELECT "WHERE m.seq = (SELECT measurement FROM client_uuid WHERE uuid = ?)",
+    [QUERY_RAW] = "SELECT raw FROM measurement WHERE id = ?",
     [QUERY_NEWEST] = "SELECT max(seq) FROM measurement",
-    [QUERY_NEXT] = STORE_RECORD_SELECT "WHERE m.seq > ?1 AND m.seq <= ?2 ORDER BY m.seq LIMIT 1",
-    [QUERY_NEXT_OF_SUBJECT] = STORE_RECORD_SELECT
-    "WHERE m.subject = ?3 AND m.seq > ?1 AND m.seq <= ?2 ORDER BY m.seq LIMIT 1",
+    [QUERY_HIGHEST_FENCE] = STORE_HIGHEST_FENCE,
+    [QUERY_NEXT] = STORE_RECORD_SELECT "WHERE " NEXT,
+    [QUERY_NEXT_OF_SUBJECT] = STORE_RECORD_SELECT "WHERE m.subject = ?3 AND " NEXT,
+    [QUERY_NEXT_OF_OWNER] = STORE_RECORD_SELECT "WHERE m.owner_uid = ?4 AND " NEXT,
+    [QUERY_NEXT_OF_BOTH] =
+        STORE_RECORD_SELECT "WHERE m.subject = ?3 AND +m.owner_uid = ?4 AND " NEXT,
+    [QUERY_SUBJECT_ROW] = "SELECT rowid FROM subject WHERE id = ?",
     [QUERY_SUBJECT] = "SELECT s.rowid, s.id, p.label, p.name, p.birth_year, p.notes,"
                       " p.subject IS NULL FROM subject s"
                       " LEFT JOIN subject_person p ON p.subject = s.id"
@@ -27,6 +35,7 @@ static const char *const query_sql[STORE_QUERIES] = {
     [QUERY_SITE] = "SELECT id, name FROM site WHERE id > ? ORDER BY id LIMIT 1",
     [QUERY_CALIBRATION] =
         "SELECT c.id, c.taken_at, c.boot_id, c.boottime_ms, c.step, c.tile, c.operator,"
+        " c.aperture_mm,"
         " i.driver, i.maker, i.model, i.serial, i.firmware"
         " FROM instrument i JOIN calibration c ON c.instrument = i.id AND c.step = ?5"
         " WHERE i.driver = ?1 AND i.maker = ?2 AND i.model = ?3 AND i.serial = ?4"
@@ -57,7 +66,7 @@ static enum status look(sqlite3 *db, int *version)
     sqlite3_stmt *select;
     enum status s = sql_prepare(db, "PRAGMA user_version", &select);
     if (s == STATUS_OK)
-        s = sql_status(sqlite3_step(select));
+        s = sql_status_of(db, sqlite3_step(select));
     if (s == STATUS_OK)
         *version = sqlite3_column_int(select, 0);
     sqlite3_finalize(select);
@@ -73,7 +82,7 @@ static enum status connect_reader(const char *path, bool aside, sqlite3 **ret, i
         aside ? store_connect_aside(path, &db) : store_connect(path, SQLITE_OPEN_READONLY, &db);
     if (s == STATUS_OK)
         s = look(db, version);
-    if (s == STATUS_IO && db != NULL && !store_has_wal(path)) {
+    if ((s == STATUS_IO || s == STATUS_READ_ONLY) && db != NULL && !store_has_wal(path)) {
         sqlite3_close(db);
         db = NULL;
         s = store_connect_alone(path, &db);
@@ -108,7 +117,7 @@ enum status store_reader_open(const char *state_folder, struct store_reader **re
                   station_version());
         s = STATUS_VERSION;
     }
-    for (size_t i = 0; i < STORE_QUERIES && s == STATUS_OK; i++) {
+    for (size_t i = 0; i < READER_QUERIES && s == STATUS_OK; i++) {
         s = sql_prepare(reader->db, query_sql[i], &reader->query[i]);
         if (s != STATUS_OK)
             log_error("store: cannot read '%s': %s", path, sql_reason(reader->db));
@@ -124,7 +133,7 @@ void store_reader_close(struct store_reader *reader)
 {
     if (reader == NULL)
         return;
-    for (size_t i = 0; i < STORE_QUERIES; i++)
+    for (size_t i = 0; i < READER_QUERIES; i++)
         sqlite3_finalize(reader->query[i]);
     sqlite3_close(reader->db);
     free(reader);
@@ -138,9 +147,7 @@ void store_reader_interrupt(struct store_reader *reader)
 /* ---- one row at a time ------------------------------------------------------------------------
  */
 
-/* Step to a row: STATUS_OK, STATUS_NOT_FOUND after the last, STATUS_CANCELLED, or a
- * failure, which is logged. */
-static enum status next_row(struct store_reader *reader, sqlite3_stmt *query)
+enum status store_reader_step(struct store_reader *reader, sqlite3_stmt *query)
 {
     int stepped = sqlite3_step(query);
     if (stepped == SQLITE_ROW)
@@ -150,13 +157,13 @@ static enum status next_row(struct store_reader *reader, sqlite3_stmt *query)
     if (stepped == SQLITE_INTERRUPT)
         return STATUS_CANCELLED;
     log_error("store: cannot read: %s", sql_reason(reader->db));
-    return sql_status(stepped);
+    return sql_status_of(reader->db, stepped);
 }
 
-static enum status read_record(struct store_reader *reader, sqlite3_stmt *query,
-                               struct store_record *ret)
+enum status store_reader_record(struct store_reader *reader, sqlite3_stmt *query,
+                                struct store_record *ret)
 {
-    enum status s = next_row(reader, query);
+    enum status s = store_reader_step(reader, query);
     if (s == STATUS_OK) {
         s = store_record_read(query, ret);
         if (s != STATUS_OK)
@@ -171,88 +178,39 @@ enum status store_get(struct store_reader *reader, const char *id, const char *u
 {
     sqlite3_stmt *query = reader->query[id != NULL ? QUERY_BY_ID : QUERY_BY_UUID];
     store_text_bind(query, 1, id != NULL ? id : uuid);
-    return read_record(reader, query, ret);
+    return store_reader_record(reader, query, ret);
 }
 
-static enum status newest_seq(struct store_reader *reader, int64_t *ret)
+/* A number, 0 where it is NULL. */
+static enum status read_number(struct store_reader *reader, enum reader_query which, int64_t *ret)
 {
-    sqlite3_stmt *query = reader->query[QUERY_NEWEST];
-    enum status s = next_row(reader, query);
+    sqlite3_stmt *query = reader->query[which];
+    enum status s = store_reader_step(reader, query);
     if (s == STATUS_OK)
         *ret = sqlite3_column_int64(query, 0);
     sqlite3_reset(query);
     return s;
 }
 
-enum status store_list(struct store_reader *reader, int64_t since_seq, const char *subject,
-                       store_visit *visit, void *context)
+enum status store_newest(struct store_reader *reader, int64_t *seq)
 {
-    sqlite3_stmt *query = reader->query[subject != NULL ? QUERY_NEXT_OF_SUBJECT : QUERY_NEXT];
-    int64_t newest = 0;
-    struct store_record *record = malloc(sizeof *record);
-    if (record == NULL)
-        return STATUS_NO_MEMORY;
-    enum status s = newest_seq(reader, &newest);
-    if (s == STATUS_OK && subject != NULL)
-        store_text_bind(query, 3, subject);
-    for (int64_t since = since_seq; s == STATUS_OK;) {
-        sqlite3_bind_int64(query, 1, since);
-        sqlite3_bind_int64(query, 2, newest);
-        s = read_record(reader, query, record);
-        if (s != STATUS_OK || !visit(context, record))
-            break;
-        since = record->seq;
-    }
-    free(record);
-    return s == STATUS_NOT_FOUND ? STATUS_OK : s;
+    return read_number(reader, QUERY_NEWEST, seq);
 }
 
-static int64_t read_subject(sqlite3_stmt *query, struct store_subject *ret)
+enum status store_max_fence(struct store_reader *reader, int64_t *ret)
 {
-    store_text_read(query, 1, ret->id, sizeof ret->id);
-    store_text_read(query, 2, ret->label, sizeof ret->label);
-    store_text_read(query, 3, ret->name, sizeof ret->name);
-    ret->birth_year = sqlite3_column_int(query, 4);
-    store_text_read(query, 5, ret->notes, sizeof ret->notes);
-    ret->forgotten = sqlite3_column_int(query, 6) != 0;
-    return sqlite3_column_int64(query, 0);
+    return read_number(reader, QUERY_HIGHEST_FENCE, ret);
 }
 
-enum status store_list_subjects(struct store_reader *reader, store_visit_subject *visit,
-                                void *context)
+enum status store_read_raw(struct store_reader *reader, const char *id, int32_t **ret, size_t *n)
 {
-    sqlite3_stmt *query = reader->query[QUERY_SUBJECT];
-    struct store_subject subject = { .birth_year = 0 };
-    enum status s = STATUS_OK;
-    for (int64_t since = 0; s == STATUS_OK;) {
-        sqlite3_bind_int64(query, 1, since);
-        s = next_row(reader, query);
-        if (s == STATUS_OK)
-            since = read_subject(query, &subject);
-        sqlite3_reset(query);
-        if (s == STATUS_OK && !visit(context, &subject))
-            break;
-    }
-    return s == STATUS_NOT_FOUND ? STATUS_OK : s;
-}
-
-enum status store_list_sites(struct store_reader *reader, store_visit_text *visit, void *context)
-{
-    sqlite3_stmt *query = reader->query[QUERY_SITE];
-    char name[STORE_TEXT_SIZE];
-    enum status s = STATUS_OK;
-    for (int64_t since = 0; s == STATUS_OK;) {
-        sqlite3_bind_int64(query, 1, since);
-        s = next_row(reader, query);
-        if (s == STATUS_OK) {
-            since = sqlite3_column_int64(query, 0);
-            store_text_read(query, 1, name, sizeof name);
-        }
-        sqlite3_reset(query);
-        if (s == STATUS_OK && !visit(context, name))
-            break;
-    }
-    return s == STATUS_NOT_FOUND ? STATUS_OK : s;
+    sqlite3_stmt *query = reader->query[QUERY_RAW];
+    store_text_bind(query, 1, id);
+    enum status s = store_reader_step(reader, query);
+    if (s == STATUS_OK)
+        s = store_raw_read(query, 0, ret, n);
+    sqlite3_reset(query);
+    return s;
 }
 
 static void read_calibration(sqlite3_stmt *query, struct store_calibration *ret)
@@ -264,11 +222,12 @@ static void read_calibration(sqlite3_stmt *query, struct store_calibration *ret)
     store_text_read(query, 4, ret->step, sizeof ret->step);
     store_text_read(query, 5, ret->tile, sizeof ret->tile);
     store_text_read(query, 6, ret->operator_name, sizeof ret->operator_name);
-    store_text_read(query, 7, ret->instrument.driver, sizeof ret->instrument.driver);
-    store_text_read(query, 8, ret->instrument.maker, sizeof ret->instrument.maker);
-    store_text_read(query, 9, ret->instrument.model, sizeof ret->instrument.model);
-    store_text_read(query, 10, ret->instrument.serial, sizeof ret->instrument.serial);
-    store_text_read(query, 11, ret->instrument.firmware, sizeof ret->instrument.firmware);
+    ret->aperture_mm = store_number_read(query, 7);
+    store_text_read(query, 8, ret->instrument.driver, sizeof ret->instrument.driver);
+    store_text_read(query, 9, ret->instrument.maker, sizeof ret->instrument.maker);
+    store_text_read(query, 10, ret->instrument.model, sizeof ret->instrument.model);
+    store_text_read(query, 11, ret->instrument.serial, sizeof ret->instrument.serial);
+    store_text_read(query, 12, ret->instrument.firmware, sizeof ret->instrument.firmware);
 }
 
 enum status store_last_calibration(struct store_reader *reader,
@@ -280,7 +239,7 @@ enum status store_last_calibration(struct store_reader *reader,
                                   instrument->serial, step };
     for (int i = 0; i < 5; i++)
         sqlite3_bind_text(query, i + 1, texts[i], -1, SQLITE_STATIC);
-    enum status s = next_row(reader, query);
+    enum status s = store_reader_step(reader, query);
     if (s == STATUS_OK)
         read_calibration(query, ret);
     sqlite3_reset(query);

@@ -1,28 +1,12 @@
-/* store_record.c - a record as SQL values, there and back, bit for bit.
+/* store_record.c - a record into its rows.
  *
  * Numbers in blobs are little-endian whatever the machine. */
-#include <limits.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "db/sql.h"
 #include "db/store_private.h"
-
-void store_text_bind(sqlite3_stmt *statement, int i, const char *text)
-{
-    if (*text != '\0')
-        sqlite3_bind_text(statement, i, text, -1, SQLITE_STATIC);
-    else
-        sqlite3_bind_null(statement, i);
-}
-
-void store_text_read(sqlite3_stmt *row, int column, char *text, size_t size)
-{
-    const char *stored = (const char *)sqlite3_column_text(row, column);
-    snprintf(text, size, "%s", stored != NULL ? stored : "");
-}
 
 /* ---- what fits together --------------------------------------------------------------- */
 
@@ -126,283 +110,87 @@ static enum status make_blobs(const struct store_record *r, struct blobs *ret)
 
 /* ---- writing -------------------------------------------------------------------------------- */
 
-/* Values in the order of the statement's parameters. */
-struct binder {
-    sqlite3_stmt *to;
-    int i;
-};
-
-static void text(struct binder *b, const char *value)
+/* In the order of the table. */
+static void put_origin(struct store_row *row, const struct store_record *r,
+                       const struct store_record_keys *keys)
 {
-    store_text_bind(b->to, ++b->i, value);
+    store_row_integer(row, "seq", keys->seq);
+    store_row_text(row, "id", keys->id);
+    store_row_text(row, "taken_at", keys->taken_at);
+    store_row_text(row, "boot_id", r->boot_id);
+    store_row_integer(row, "boottime_ms", r->boottime_ms);
+    store_row_text(row, "uuid", r->uuid);
+    store_row_text(row, "parameters_sha256", r->parameters_sha256);
+    store_row_text(row, "operator", r->operator_name);
+    store_row_integer_unless(row, "instrument", keys->instrument, keys->instrument == 0);
+    store_row_text(row, "calibration", r->calibration_id);
+    store_row_integer(row, "fence", r->fence);
+    store_row_text(row, "subject", r->subject);
+    store_row_integer_unless(row, "site", keys->site, keys->site == 0);
+    store_row_text(row, "corrects", r->corrects);
 }
 
-static void integer(struct binder *b, int64_t value)
+static void put_spectra(struct store_row *row, const struct store_record *r, const struct blobs *b)
 {
-    sqlite3_bind_int64(b->to, ++b->i, value);
+    store_row_text(row, "specular", specular_name(r->specular));
+    store_row_number(row, "aperture_mm", r->aperture_mm);
+    store_row_number(row, "first_nm", r->spectrum.first_nm);
+    store_row_number(row, "step_nm", r->spectrum.step_nm);
+    store_row_integer(row, "bands", (int64_t)r->spectrum.n);
+    store_row_blob(row, "spectrum", b->memory, b->sce);
+    store_row_number(row, "surface", r->surface);
+    store_row_integer(row, "replicates", (int64_t)r->replicates);
+    store_row_blob(row, "sce", b->memory + b->sce, b->sci - b->sce);
+    store_row_blob(row, "sci", b->memory + b->sci, b->flags - b->sci);
+    store_row_blob(row, "band_flags", b->memory + b->flags, b->flagged ? b->raw - b->flags : 0);
+    store_row_blob(row, "raw", b->memory + b->raw, b->end - b->raw);
+    store_row_number(row, "raw_unit", r->raw_unit);
 }
 
-/* NULL for 0, which no key is. */
-static void key(struct binder *b, int64_t value)
+static void put_colour(struct store_row *row, const struct store_record *r)
 {
-    if (value != 0)
-        sqlite3_bind_int64(b->to, ++b->i, value);
-    else
-        sqlite3_bind_null(b->to, ++b->i);
-}
-
-/* SQLite takes NAN as NULL. */
-static void number(struct binder *b, double value)
-{
-    sqlite3_bind_double(b->to, ++b->i, value);
-}
-
-/* NULL where it is empty. */
-static void blob(struct binder *b, const unsigned char *memory, size_t from, size_t end)
-{
-    if (end > from)
-        sqlite3_bind_blob(b->to, ++b->i, memory + from, (int)(end - from), SQLITE_STATIC);
-    else
-        sqlite3_bind_null(b->to, ++b->i);
-}
-
-/* In the order of the table, after seq: what it is about and how it was made. */
-static void bind_origin(struct binder *b, const struct store_record *r,
-                        const struct store_record_keys *keys)
-{
-    text(b, keys->id);
-    text(b, keys->taken_at);
-    text(b, r->boot_id);
-    integer(b, r->boottime_ms);
-    text(b, r->uuid);
-    text(b, r->parameters_sha256);
-    text(b, r->operator_name);
-    key(b, keys->instrument);
-    text(b, r->calibration_id);
-    integer(b, r->fence);
-    text(b, r->subject);
-    key(b, keys->site);
-    text(b, r->corrects);
-}
-
-static void bind_spectra(struct binder *b, const struct store_record *r, const struct blobs *blobs)
-{
-    text(b, specular_name(r->specular));
-    number(b, r->aperture_mm);
-    number(b, r->spectrum.first_nm);
-    number(b, r->spectrum.step_nm);
-    integer(b, (int64_t)r->spectrum.n);
-    blob(b, blobs->memory, 0, blobs->sce);
-    number(b, r->surface);
-    integer(b, (int64_t)r->replicates);
-    blob(b, blobs->memory, blobs->sce, blobs->sci);
-    blob(b, blobs->memory, blobs->sci, blobs->flags);
-    blob(b, blobs->memory, blobs->flags, blobs->flagged ? blobs->raw : blobs->flags);
-    blob(b, blobs->memory, blobs->raw, blobs->end);
-    number(b, r->raw_unit);
-}
-
-static void bind_colour(struct binder *b, const struct store_record *r)
-{
+    static const char *const XYZ[] = { "X", "Y", "Z" }, *const Lab[] = { "L", "a", "b" };
+    static const char *const sRGB[] = { "red", "green", "blue" };
     for (int i = 0; i < 3; i++)
-        number(b, r->XYZ[i]);
+        store_row_number(row, XYZ[i], r->XYZ[i]);
     for (int i = 0; i < 3; i++)
-        number(b, r->Lab[i]);
+        store_row_number(row, Lab[i], r->Lab[i]);
     for (int i = 0; i < 3; i++)
-        integer(b, r->sRGB[i]);
-    number(b, r->ITA);
-    text(b, r->ita_scheme);
-    text(b, r->illuminant);
-    text(b, r->observer);
-    text(b, r->flags);
+        store_row_integer(row, sRGB[i], r->sRGB[i]);
+    store_row_number(row, "ITA", r->ITA);
+    store_row_text(row, "ita_scheme", r->ita_scheme);
+    store_row_text(row, "illuminant", r->illuminant);
+    store_row_text(row, "observer", r->observer);
+    store_row_text(row, "flags", r->flags);
 }
 
 enum status store_record_insert(sqlite3_stmt *insert, const struct store_record *record,
-                                const struct store_record_keys *keys)
+                                const struct store_record_keys *keys, struct audit_digests *digests)
 {
     struct blobs blobs;
-    struct binder b = { insert, 0 };
+    struct store_row row;
     enum status s = make_blobs(record, &blobs);
     if (s != STATUS_OK)
         return s;
-    bind_origin(&b, record, keys);
-    bind_spectra(&b, record, &blobs);
-    bind_colour(&b, record);
-    s = sql_step_done(insert);
-    sqlite3_clear_bindings(insert); /* the memory goes */
+    store_row_begin(&row, insert, "measurement");
+    put_origin(&row, record, keys);
+    put_spectra(&row, record, &blobs);
+    put_colour(&row, record);
+    store_row_integer_unless(&row, "owner_uid", record->owner_uid, record->owner_uid < 0);
+    s = store_row_insert(&row, digests);
     free(blobs.memory);
     return s;
 }
 
-/* ---- reading ----------------------------------------------------------------------------------
- */
-
-/* Columns in the order of the statement. */
-struct cursor {
-    sqlite3_stmt *row;
-    int i;
-    bool good; /* nothing yet that no record can hold */
-};
-
-#define TEXT(c, array) store_text_read((c)->row, (c)->i++, (array), sizeof(array))
-
-static int64_t next_integer(struct cursor *c)
+enum status store_match_insert(sqlite3_stmt *insert, const struct store_record *record, int64_t seq,
+                               struct audit_digests *digests)
 {
-    return sqlite3_column_int64(c->row, c->i++);
-}
-
-static double next_number(struct cursor *c)
-{
-    int i = c->i++;
-    return sqlite3_column_type(c->row, i) == SQLITE_NULL ? (double)NAN
-                                                         : sqlite3_column_double(c->row, i);
-}
-
-/* A blob of that size, or NULL where it is not there; any other size is damage. */
-static const unsigned char *next_blob(struct cursor *c, size_t size)
-{
-    const unsigned char *bytes = sqlite3_column_blob(c->row, c->i);
-    size_t n = (size_t)sqlite3_column_bytes(c->row, c->i++);
-    if (n != 0 && n != size)
-        c->good = false;
-    return n == size ? bytes : NULL;
-}
-
-static double get_value(const unsigned char *bytes)
-{
-    uint64_t bits = 0;
-    double x;
-    for (size_t i = 0; i < 8; i++)
-        bits |= (uint64_t)bytes[i] << (8 * i);
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-
-/* One spectrum on the record's grid; no values: n = 0.  Flags are added later. */
-static void get_spectrum(const struct store_record *r, enum specular specular,
-                         const unsigned char *values, struct spectrum *ret)
-{
-    ret->first_nm = r->spectrum.first_nm;
-    ret->step_nm = r->spectrum.step_nm;
-    ret->aperture_mm = r->aperture_mm;
-    ret->specular = specular;
-    ret->n = values != NULL ? r->spectrum.n : 0;
-    for (size_t i = 0; i < ret->n; i++)
-        ret->value[i] = get_value(values + 8 * i);
-    memset(ret->flag, 0, ret->n);
-}
-
-static void get_replicates(const struct store_record *r, enum specular specular,
-                           const unsigned char *values, struct spectrum *ret)
-{
-    for (size_t i = 0; i < STORE_MAX_REPLICATES; i++) {
-        const unsigned char *own =
-            values != NULL && i < r->replicates ? values + 8 * r->spectrum.n * i : NULL;
-        get_spectrum(r, specular, own, &ret[i]);
-    }
-}
-
-static const unsigned char *get_flags(const unsigned char *flags, struct spectrum *ret)
-{
-    memcpy(ret->flag, flags, ret->n);
-    return flags + ret->n;
-}
-
-static void read_flags(struct cursor *c, struct store_record *r)
-{
-    size_t spectra = 1 + (r->replicate[0].n > 0 ? r->replicates : 0) +
-                     (r->replicate_sci[0].n > 0 ? r->replicates : 0);
-    const unsigned char *at = next_blob(c, spectra * r->spectrum.n);
-    if (at == NULL)
-        return;
-    at = get_flags(at, &r->spectrum);
-    for (size_t i = 0; i < r->replicates; i++)
-        at = get_flags(at, &r->replicate[i]); /* nothing where n is 0 */
-    for (size_t i = 0; i < r->replicates; i++)
-        at = get_flags(at, &r->replicate_sci[i]);
-}
-
-static void read_joined(struct cursor *c, struct store_record *r)
-{
-    TEXT(c, r->instrument.driver);
-    TEXT(c, r->instrument.maker);
-    TEXT(c, r->instrument.model);
-    TEXT(c, r->instrument.serial);
-    TEXT(c, r->instrument.firmware);
-    TEXT(c, r->site);
-    TEXT(c, r->table_name);
-    TEXT(c, r->table_sha256);
-    TEXT(c, r->method);
-    TEXT(c, r->match_json);
-}
-
-static void read_origin(struct cursor *c, struct store_record *r)
-{
-    r->seq = next_integer(c);
-    TEXT(c, r->id);
-    TEXT(c, r->taken_at);
-    TEXT(c, r->boot_id);
-    r->boottime_ms = next_integer(c);
-    TEXT(c, r->uuid);
-    TEXT(c, r->parameters_sha256);
-    TEXT(c, r->operator_name);
-    c->i++; /* instrument: joined */
-    TEXT(c, r->calibration_id);
-    r->fence = next_integer(c);
-    TEXT(c, r->subject);
-    c->i++; /* site: joined */
-    TEXT(c, r->corrects);
-}
-
-static void read_spectra(struct cursor *c, struct store_record *r)
-{
-    char specular[16];
-    TEXT(c, specular);
-    if (specular_parse(specular, &r->specular) != STATUS_OK)
-        r->specular = SPECULAR_UNKNOWN;
-    r->aperture_mm = next_number(c);
-    r->spectrum.first_nm = next_number(c);
-    r->spectrum.step_nm = next_number(c);
-    int64_t bands = next_integer(c);
-    c->good = bands >= 1 && bands <= SPECTRUM_MAX_BANDS;
-    r->spectrum.n = c->good ? (size_t)bands : 0;
-    get_spectrum(r, r->specular, next_blob(c, 8 * r->spectrum.n), &r->spectrum);
-    r->surface = next_number(c);
-    int64_t replicates = next_integer(c);
-    c->good = c->good && r->spectrum.n > 0 && replicates >= 0 && replicates <= STORE_MAX_REPLICATES;
-    r->replicates = c->good ? (size_t)replicates : 0;
-    size_t size = 8 * r->spectrum.n * r->replicates;
-    get_replicates(r, SPECULAR_SCE, next_blob(c, size), r->replicate);
-    get_replicates(r, SPECULAR_SCI, next_blob(c, size), r->replicate_sci);
-    read_flags(c, r);
-    r->raw = NULL;
-    r->raw_n = (size_t)sqlite3_column_bytes(c->row, c->i++) / 4;
-    r->raw_unit = next_number(c);
-}
-
-static void read_colour(struct cursor *c, struct store_record *r)
-{
-    for (int i = 0; i < 3; i++)
-        r->XYZ[i] = next_number(c);
-    for (int i = 0; i < 3; i++)
-        r->Lab[i] = next_number(c);
-    for (int i = 0; i < 3; i++)
-        r->sRGB[i] = (int)next_integer(c);
-    r->ITA = next_number(c);
-    TEXT(c, r->ita_scheme);
-    TEXT(c, r->illuminant);
-    TEXT(c, r->observer);
-    TEXT(c, r->flags);
-}
-
-enum status store_record_read(sqlite3_stmt *row, struct store_record *ret)
-{
-    struct cursor c = { row, 0, true };
-    read_joined(&c, ret);
-    read_origin(&c, ret);
-    read_spectra(&c, ret);
-    read_colour(&c, ret);
-    if (sqlite3_errcode(sqlite3_db_handle(row)) == SQLITE_NOMEM)
-        return STATUS_NO_MEMORY;
-    return c.good ? STATUS_OK : STATUS_DAMAGED;
+    struct store_row row;
+    store_row_begin(&row, insert, "match");
+    store_row_integer(&row, "measurement", seq);
+    store_row_text(&row, "table_name", record->table_name);
+    store_row_text(&row, "table_sha256", record->table_sha256);
+    store_row_text(&row, "method", record->method);
+    store_row_text(&row, "result", record->match_json);
+    return store_row_insert(&row, digests);
 }

@@ -138,34 +138,28 @@ static enum status check_references(struct store *store, const struct store_reco
     return s;
 }
 
+static enum status next_seq(struct store *store)
+{
+    return store->next_seq != 0 ? STATUS_OK
+                                : find_key(store->statement[SQL_NEXT_SEQ], &store->next_seq);
+}
+
 static enum status insert_measurement(struct store *store, const struct store_record *record,
-                                      struct outcome *ret)
+                                      struct outcome *ret, struct audit_digests *digests)
 {
     struct store_record_keys keys = { .id = ret->stamp.id, .taken_at = ret->stamp.at };
     const char *site = record->site;
-    enum status s = STATUS_OK;
-    if (has_instrument(&record->instrument))
+    enum status s = next_seq(store);
+    keys.seq = store->next_seq;
+    if (s == STATUS_OK && has_instrument(&record->instrument))
         s = instrument_key(store, &record->instrument, &keys.instrument);
     if (s == STATUS_OK && *site != '\0')
         s = key_of(store, SQL_FIND_SITE, SQL_ADD_SITE, AUDIT_SITE, &site, 1, &keys.site);
     if (s == STATUS_OK)
-        s = store_record_insert(store->statement[SQL_ADD_MEASUREMENT], record, &keys);
+        s = store_record_insert(store->statement[SQL_ADD_MEASUREMENT], record, &keys, digests);
     if (s == STATUS_OK)
-        ret->seq = sqlite3_last_insert_rowid(store->db);
+        ret->seq = store->next_seq++;
     return s;
-}
-
-static enum status insert_match(struct store *store, const struct store_record *record, int64_t seq)
-{
-    sqlite3_stmt *insert = store->statement[SQL_ADD_MATCH];
-    if (record->match_json[0] == '\0')
-        return STATUS_OK;
-    sqlite3_bind_int64(insert, 1, seq);
-    store_text_bind(insert, 2, record->table_name);
-    store_text_bind(insert, 3, record->table_sha256);
-    store_text_bind(insert, 4, record->method);
-    store_text_bind(insert, 5, record->match_json);
-    return sql_step_done(insert);
 }
 
 static enum status insert_uuid(struct store *store, const struct store_record *record,
@@ -184,6 +178,7 @@ static enum status insert_uuid(struct store *store, const struct store_record *r
 static enum status insert_record(struct store *store, const struct store_record *record,
                                  struct outcome *ret)
 {
+    struct audit_digests digests = { .n = 0 };
     enum status s = find_retry(store, record, ret);
     if (s != STATUS_OK || ret->known)
         return s;
@@ -191,14 +186,14 @@ static enum status insert_record(struct store *store, const struct store_record 
     if (s == STATUS_OK)
         s = stamp_id(store, &ret->stamp);
     if (s == STATUS_OK)
-        s = insert_measurement(store, record, ret);
-    if (s == STATUS_OK)
-        s = insert_match(store, record, ret->seq);
+        s = insert_measurement(store, record, ret, &digests);
+    if (s == STATUS_OK && record->match_json[0] != '\0')
+        s = store_match_insert(store->statement[SQL_ADD_MATCH], record, ret->seq, &digests);
     if (s == STATUS_OK)
         s = insert_uuid(store, record, ret);
     if (s == STATUS_OK)
-        s = audit_append(&store->audit, ret->stamp.at, record->operator_name, AUDIT_MEASUREMENT,
-                         ret->stamp.id);
+        s = audit_append_known(&store->audit, ret->stamp.at, record->operator_name,
+                               AUDIT_MEASUREMENT, ret->stamp.id, &digests);
     return s;
 }
 
@@ -242,6 +237,7 @@ static enum status insert_calibration(struct store *store, const struct store_ca
     sqlite3_bind_text(insert, 6, c->step, -1, SQLITE_STATIC);
     store_text_bind(insert, 7, c->tile);
     store_text_bind(insert, 8, c->operator_name);
+    sqlite3_bind_double(insert, 9, c->aperture_mm); /* NAN is NULL */
     s = sql_step_done(insert);
     if (s == STATUS_OK)
         s = audit_append(&store->audit, stamp->at, c->operator_name, AUDIT_CALIBRATION, stamp->id);
@@ -321,6 +317,14 @@ enum status store_audit(struct store *store, const char *who, const char *action
     stamp_time(store, &stamp);
     return store_job_end(store, "keep an audit row",
                          audit_append(&store->audit, stamp.at, who, action, entity));
+}
+
+enum status store_highest_fence(struct store *store, int64_t *ret)
+{
+    enum status s = find_key(store->statement[SQL_HIGHEST_FENCE], ret);
+    if (s != STATUS_OK)
+        log_error("store: cannot read the highest fence: %s", sql_reason(store->db));
+    return s;
 }
 
 enum status store_prune(struct store *store)

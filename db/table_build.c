@@ -101,9 +101,10 @@ static enum status claim(struct build *b)
         return s;
     int fd = open(b->temporary, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644);
     if (fd < 0) {
+        s = sql_errno_status(errno);
         log_error("cannot write '%s': %s%s", b->path, strerror(errno), what_to_do(errno));
         b->temporary[0] = '\0';
-        return STATUS_IO;
+        return s;
     }
     close(fd);
     return STATUS_OK;
@@ -261,13 +262,13 @@ static enum status seal_and_name(const struct build *b)
     if (fd >= 0)
         s = table_pages_seal(fd);
     if (s == STATUS_OK && fsync(fd) != 0)
-        s = STATUS_IO;
+        s = sql_errno_status(errno);
     if (fd >= 0)
         close(fd);
     if (s == STATUS_OK && take_name(b) != 0) {
         if (errno == EEXIST) /* made by somebody else meanwhile */
             return exists(b->path);
-        s = STATUS_IO;
+        s = sql_errno_status(errno);
     }
     if (s != STATUS_OK) {
         log_error("cannot write '%s': %s", b->path,

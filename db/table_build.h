@@ -19,8 +19,8 @@ struct table_build_options {
     struct progress progress;
 };
 
-/* STATUS_RANGE and STATUS_UNSUPPORTED as recipe_check(); STATUS_EXISTS, STATUS_IO
- * (no such folder, read-only, full), STATUS_CANCELLED, STATUS_DB,
+/* STATUS_RANGE and STATUS_UNSUPPORTED as recipe_check(); STATUS_EXISTS, STATUS_READ_ONLY,
+ * STATUS_FULL, STATUS_IO (no such folder, a disk that fails), STATUS_CANCELLED, STATUS_DB,
  * STATUS_NO_MEMORY.  The cause is logged, except for STATUS_CANCELLED. */
 enum status table_build(const char *path, const struct recipe *recipe,
                         const struct table_build_options *options);

@@ -157,6 +157,8 @@ static enum status open_checked(const char *path, char pages_sha256[TABLE_SHA256
  * is that the file does not hold what it should. */
 static enum status blame(enum status s)
 {
+    if (s == STATUS_FULL || s == STATUS_READ_ONLY) /* by errno: it could not be read */
+        return STATUS_IO;
     return s == STATUS_NO_MEMORY || s == STATUS_IO || s == STATUS_DAMAGED ? s : STATUS_FORMAT;
 }
 

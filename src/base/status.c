@@ -20,6 +20,8 @@ static const struct status_row {
     { STATUS_NOT_FOUND, "not_found", "not found" },
     { STATUS_CANCELLED, "cancelled", "stopped on request" },
     { STATUS_UNSUPPORTED, "unsupported", "not available with this model or table" },
+    { STATUS_FULL, "full", "no room on the disk" },
+    { STATUS_READ_ONLY, "read_only", "the file system or the folder cannot be written" },
 };
 
 static const struct status_row *row_of(enum status s)

@@ -34,6 +34,8 @@ static const struct status_case {
     { STATUS_NOT_FOUND, -10, "not_found" },
     { STATUS_CANCELLED, -11, "cancelled" },
     { STATUS_UNSUPPORTED, -12, "unsupported" },
+    { STATUS_FULL, -13, "full" },
+    { STATUS_READ_ONLY, -14, "read_only" },
 };
 enum { STATUS_CASES = sizeof status_cases / sizeof *status_cases };
 
@@ -73,10 +75,10 @@ static void test_names_are_tokens_and_texts_fragments(void)
 }
 
 /* Values that are none of the enum's, as a newer peer may send them.  A status
- * appended after STATUS_UNSUPPORTED makes this fail: give it a row above. */
+ * appended after STATUS_READ_ONLY makes this fail: give it a row above. */
 static void test_values_outside(void)
 {
-    static const int outside[] = { 1, STATUS_UNSUPPORTED - 1, -1000, 12345 };
+    static const int outside[] = { 1, STATUS_READ_ONLY - 1, -1000, 12345 };
     for (size_t i = 0; i < sizeof outside / sizeof *outside; i++) {
         TEST_ASSERT_EQUAL_STRING("unknown", status_name((enum status)outside[i]));
         TEST_ASSERT_EQUAL_STRING("unknown status", status_text((enum status)outside[i]));

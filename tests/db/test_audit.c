@@ -205,7 +205,8 @@ static const struct edit_case {
       "spectrum,replicates,red,green,blue) SELECT 4,'x',taken_at,0,0,'sce',400,10,31,spectrum,0,"
       "1,2,3 FROM measurement WHERE seq = 1",
       "measurement x is in no audit row" },
-    { "a calibration besides", "INSERT INTO calibration VALUES ('x','t','b',0,1,'zero',NULL,NULL)",
+    { "a calibration besides",
+      "INSERT INTO calibration VALUES ('x','t','b',0,1,'zero',NULL,NULL,8.0)",
       "calibration x is in no audit row" },
     { "a subject besides", "INSERT INTO subject VALUES ('x')", "subject x is in no audit row" },
     { "a site besides", "INSERT INTO site VALUES (9,'x')", "site 9 is in no audit row" },
@@ -340,6 +341,7 @@ static void test_appending_where_it_cannot(void)
     TRY(audit_verify(db, &report));
     TEST_ASSERT_EQUAL_INT64(11, report.rows);
     TRY(sql_run(db, "UPDATE audit SET hash = x'0011' WHERE id = 11"));
+    audit_forget_tail(&audit);
     TEST_ASSERT_EQUAL_INT(STATUS_DAMAGED, audit_append(&audit, "t", "", "note", ""));
     audit_done(&audit);
     TRY(sql_run(db, "DELETE FROM audit"));

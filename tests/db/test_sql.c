@@ -1,6 +1,7 @@
 /* test_sql.c - SQLite's result codes as statuses, and reasons for people. */
 #include "db/sql.h"
 
+#include <errno.h>
 #include <string.h>
 
 #include "unity.h"
@@ -28,12 +29,13 @@ static const struct status_case {
     { "done", SQLITE_DONE, STATUS_OK },
     { "no memory", SQLITE_NOMEM, STATUS_NO_MEMORY },
     { "no memory, extended", SQLITE_IOERR_NOMEM, STATUS_IO },
-    { "disk full", SQLITE_FULL, STATUS_IO },
+    { "disk full", SQLITE_FULL, STATUS_FULL },
     { "cannot read", SQLITE_IOERR_READ, STATUS_IO },
     { "cannot write", SQLITE_IOERR_WRITE, STATUS_IO },
     { "cannot open", SQLITE_CANTOPEN, STATUS_IO },
     { "a folder", SQLITE_CANTOPEN_ISDIR, STATUS_IO },
-    { "read-only", SQLITE_READONLY, STATUS_IO },
+    { "read-only", SQLITE_READONLY, STATUS_READ_ONLY },
+    { "read-only, no -shm", SQLITE_READONLY_CANTINIT, STATUS_READ_ONLY },
     { "damaged", SQLITE_CORRUPT, STATUS_DAMAGED },
     { "damaged index", SQLITE_CORRUPT_INDEX, STATUS_DAMAGED },
     { "no database", SQLITE_NOTADB, STATUS_FORMAT },
@@ -47,6 +49,33 @@ static void test_status(void)
     for (size_t i = 0; i < sizeof status_cases / sizeof *status_cases; i++) {
         const struct status_case *c = &status_cases[i];
         TEST_ASSERT_EQUAL_INT_MESSAGE(c->status, sql_status(c->code), c->what);
+    }
+}
+
+/* expect: errno(3). */
+static const struct errno_case {
+    int cause;
+    enum status status;
+} errno_cases[] = {
+    { ENOSPC, STATUS_FULL },      { EDQUOT, STATUS_FULL },     { EROFS, STATUS_READ_ONLY },
+    { EACCES, STATUS_READ_ONLY }, { EPERM, STATUS_READ_ONLY }, { EIO, STATUS_IO },
+    { ENOENT, STATUS_IO },        { EFBIG, STATUS_IO },        { 0, STATUS_IO },
+};
+
+/* Where SQLite only knows that the system refused, errno tells; where it knows itself, or the
+ * failure is another one, errno is not asked. */
+static void test_errno_status(void)
+{
+    for (size_t i = 0; i < sizeof errno_cases / sizeof *errno_cases; i++) {
+        const struct errno_case *c = &errno_cases[i];
+        const char *what = strerror(c->cause);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(c->status, sql_errno_status(c->cause), what);
+        errno = c->cause;
+        TEST_ASSERT_EQUAL_INT_MESSAGE(c->status, sql_status_of(db, SQLITE_IOERR), what);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(c->status, sql_status_of(db, SQLITE_CANTOPEN), what);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_FULL, sql_status_of(db, SQLITE_FULL), what);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, sql_status_of(db, SQLITE_DONE), what);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_DB, sql_status_of(db, SQLITE_BUSY), what);
     }
 }
 
@@ -89,7 +118,7 @@ static void test_reason(void)
     TEST_ASSERT_EQUAL_STRING("no such table: skins", sql_reason(db));
 
     TEST_ASSERT_EQUAL_INT(STATUS_OK, sql_run(db, "PRAGMA max_page_count = 2; CREATE TABLE t(x)"));
-    TEST_ASSERT_EQUAL_INT(STATUS_IO, sql_run(db, "INSERT INTO t VALUES (zeroblob(100000))"));
+    TEST_ASSERT_EQUAL_INT(STATUS_FULL, sql_run(db, "INSERT INTO t VALUES (zeroblob(100000))"));
     TEST_ASSERT_EQUAL_STRING("No space left on device", sql_reason(db));
 
     TEST_ASSERT_EQUAL_INT(STATUS_IO, sql_status(sqlite3_open_v2("/no/such/folder/file", &nowhere,
@@ -106,6 +135,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_status);
+    RUN_TEST(test_errno_status);
     RUN_TEST(test_run_and_prepare);
     RUN_TEST(test_step_done);
     RUN_TEST(test_reason);

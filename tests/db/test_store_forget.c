@@ -96,7 +96,7 @@ static void test_forgotten(void)
     forget(&subject, true);
     assert_gone("Zoe");
     TRY(store_reader_open(folder, &reader));
-    TRY(store_list_subjects(reader, first_subject, &seen));
+    TRY(store_list_subjects(reader, "", first_subject, &seen));
     TEST_ASSERT_EQUAL_STRING(subject.id, seen.id);
     TEST_ASSERT_TRUE(seen.forgotten);
     TEST_ASSERT_EQUAL_STRING("", seen.name);
@@ -178,7 +178,7 @@ static void test_many(void)
     for (int n = 0; n < PEOPLE; n += 10) {
         add_some(n, n + 10);
         if (n % 20 == 0)
-            TRY(store_checkpoint(folder, &left));
+            TRY(tool_checkpoint(folder, &left));
         for (int i = 0; i < (n < PEOPLE / 2 ? 3 : 14); i++)
             forget_one_of(n + 10);
     }
@@ -229,7 +229,7 @@ static void test_across_a_restart(void)
     struct store_subject subject;
     add_person("Zoe", 500, &subject);
     TRY(store_reader_open(folder, &idle));
-    TRY(store_list_subjects(idle, first_subject, &subject));
+    TRY(store_list_subjects(idle, "", first_subject, &subject));
     TEST_ASSERT_EQUAL_INT(SQLITE_OK, sqlite3_open(path, &pin));
     sqlite3_db_config(pin, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
     TRY(sql_run(pin, "BEGIN; SELECT count(*) FROM subject_person"));

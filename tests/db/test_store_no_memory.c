@@ -3,37 +3,13 @@
 #include "db/store.h"
 #include "tests/store/tools.h"
 #include "tests/support/heard.h"
+#include "tests/support/no_memory.h"
 
 static char folder[FOLDER_PATH_SIZE];
-static sqlite3_mem_methods usual;
-static long allocations_left = -1; /* -1: never fail; once 0, every one fails */
-static bool failed;
 static struct store *store;
 static struct store_reader *reader;
 static struct store_record *record;
 static struct dice dice;
-
-static bool may_allocate(void)
-{
-    if (allocations_left < 0)
-        return true;
-    if (allocations_left == 0) {
-        failed = true;
-        return false;
-    }
-    allocations_left--;
-    return true;
-}
-
-static void *test_malloc(int size)
-{
-    return may_allocate() ? usual.xMalloc(size) : NULL;
-}
-
-static void *test_realloc(void *old, int size)
-{
-    return may_allocate() ? usual.xRealloc(old, size) : NULL;
-}
 
 void setUp(void)
 {
@@ -47,7 +23,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    allocations_left = -1;
+    no_memory_after(-1);
     free(record);
     store_reader_close(reader);
     store_close(store);
@@ -99,7 +75,7 @@ static enum status attempt_rest(void)
     enum status s = store_audit(store, "x", "note", "y");
     if (s == STATUS_OK)
         s = store_prune(store);
-    return s == STATUS_OK ? store_checkpoint(folder, &left) : s;
+    return s == STATUS_OK ? tool_checkpoint(folder, &left) : s;
 }
 
 static bool nothing(void *context, const struct store_record *r)
@@ -112,7 +88,7 @@ static bool nothing(void *context, const struct store_record *r)
 static enum status attempt_list(void)
 {
     int n = 0;
-    return store_list(reader, 0, NULL, nothing, &n);
+    return store_list(reader, &tool_all, nothing, &n);
 }
 
 static enum status attempt_verify(void)
@@ -166,10 +142,10 @@ static void test_allocations_in_turn(void)
         struct store_verify_report report;
         long refused = 0;
         for (long enough = 0;; enough += 1 + enough / STRIDE) {
-            failed = false;
-            allocations_left = enough;
+            no_memory_after(enough);
             enum status s = c->run();
-            allocations_left = -1;
+            bool failed = no_memory_met();
+            no_memory_after(-1);
             TEST_ASSERT_TRUE_MESSAGE(s == STATUS_OK || s == STATUS_NO_MEMORY || s == STATUS_IO ||
                                          s == STATUS_DB,
                                      c->what);
@@ -187,16 +163,8 @@ static void test_allocations_in_turn(void)
 
 int main(void)
 {
-    sqlite3_mem_methods failing;
     UNITY_BEGIN();
-    int configured = sqlite3_config(SQLITE_CONFIG_GETMALLOC, &usual);
-    failing = usual;
-    failing.xMalloc = test_malloc;
-    failing.xRealloc = test_realloc;
-    configured += sqlite3_config(SQLITE_CONFIG_MALLOC, &failing);
-    /* Small allocations too: no pool of SQLite's own to take them from. */
-    configured += sqlite3_config(SQLITE_CONFIG_LOOKASIDE, 0, 0);
-    if (configured != SQLITE_OK)
+    if (!no_memory_install())
         return 1;
     RUN_TEST(test_allocations_in_turn);
     return UNITY_END();

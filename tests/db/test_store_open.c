@@ -9,6 +9,7 @@
 #include "db/sql.h"
 #include "db/station_schema.h"
 #include "base/uuid.h"
+#include "tests/store/older.h"
 #include "tests/store/tools.h"
 #include "tests/support/heard.h"
 
@@ -113,7 +114,7 @@ static void test_folders_that_will_not_do(void)
     TEST_ASSERT_TRUE(heard_contains("No such file or directory"));
     TEST_ASSERT_EQUAL_INT(STATUS_IO, store_begin_anew(other));
     TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, store_reader_open(other, &reader));
-    TEST_ASSERT_EQUAL_INT(STATUS_IO, store_checkpoint(other, &left));
+    TEST_ASSERT_EQUAL_INT(STATUS_IO, tool_checkpoint(other, &left));
     TRY(store_wal_bytes(other, &bytes));
     TEST_ASSERT_EQUAL_INT(0, bytes);
     TEST_ASSERT_TRUE(file_write(other, "a file", 6));
@@ -125,7 +126,7 @@ static void test_folders_that_will_not_do(void)
     TEST_ASSERT_EQUAL_INT(STATUS_IO, store_open(longest, NULL, &store));
     TEST_ASSERT_TRUE(heard_contains("File name too long"));
     TEST_ASSERT_EQUAL_INT(STATUS_IO, store_reader_open(longest, &reader));
-    TEST_ASSERT_EQUAL_INT(STATUS_IO, store_checkpoint(longest, &left));
+    TEST_ASSERT_EQUAL_INT(STATUS_IO, tool_checkpoint(longest, &left));
     TEST_ASSERT_EQUAL_INT(STATUS_IO, store_wal_bytes(longest, &bytes));
     TEST_ASSERT_EQUAL_INT(STATUS_IO, store_begin_anew(longest));
     TEST_ASSERT_EQUAL_INT(77, left);
@@ -153,7 +154,7 @@ static void check_read_only(void)
     TEST_ASSERT_EQUAL_INT(0, chmod(folder, 0755));
     if (fd < 0)
         TEST_IGNORE_MESSAGE("the build folder is not open to another user");
-    TEST_ASSERT_EQUAL_INT(STATUS_IO, opened);
+    TEST_ASSERT_EQUAL_INT(STATUS_READ_ONLY, opened);
     TEST_ASSERT_MESSAGE(heard_contains("Permission denied"), heard_last());
     TEST_ASSERT_EQUAL_INT(STATUS_OK, verified);
     TEST_ASSERT_EQUAL_INT64(3, report.records);
@@ -234,13 +235,63 @@ static void test_newer_in_the_wal(void)
     close_store();
     TEST_ASSERT_EQUAL_INT(SQLITE_OK, sqlite3_open(path, &db));
     sqlite3_db_config(db, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
-    TRY(sql_run(db, "PRAGMA wal_autocheckpoint = 0; PRAGMA user_version = 2"));
+    TRY(sql_run(db, "PRAGMA wal_autocheckpoint = 0; PRAGMA user_version = 1000"));
     sqlite3_close(db);
     TEST_ASSERT_EQUAL_INT(STATUS_VERSION, store_open(folder, NULL, &store));
-    TEST_ASSERT_TRUE(heard_contains("version 2"));
+    TEST_ASSERT_TRUE(heard_contains("version 1000"));
     struct store_reader *reader = NULL;
     TEST_ASSERT_EQUAL_INT(STATUS_VERSION, store_reader_open(folder, &reader));
     TEST_ASSERT_NULL(reader);
+}
+
+/* ---- older files ---------------------------------------------------------------------------- */
+
+static bool see_old(void *context, const struct store_record *record)
+{
+    TEST_ASSERT_EQUAL_INT64(-1, record->owner_uid);
+    TEST_ASSERT_EQUAL_INT64(7, record->fence);
+    ++*(int *)context;
+    return true;
+}
+
+/* A file of version 1 is brought to this one when it is opened for writing: rows and chain are as
+ * they were, and what version 2 added is not known of them. */
+static void test_from_version_1(void)
+{
+    struct dice dice = { 1 };
+    struct store_record *record = records_make(&dice);
+    struct store_calibration calibration = { .instrument = records_instrument(),
+                                             .step = "zero",
+                                             .aperture_mm = (double)NAN };
+    struct store_verify_report before, after;
+    struct store_reader *reader = NULL;
+    bool known;
+    int n = 0;
+    int64_t fence = 0;
+    record->owner_uid = -1;
+    TRY(store_open(folder, NULL, &store));
+    TRY(store_add_calibration(store, &calibration));
+    TRY(store_add_record(store, record, &known));
+    close_store();
+    TRY(tool_verify(folder, &before));
+    TEST_ASSERT_TRUE(older_make(folder));
+    TEST_ASSERT_EQUAL_INT(STATUS_VERSION, store_reader_open(folder, &reader));
+    TEST_ASSERT_TRUE(heard_contains("is of version 1"));
+    TRY(store_open(folder, NULL, &store));
+    TRY(store_highest_fence(store, &fence));
+    TEST_ASSERT_EQUAL_INT64(7, fence);
+    TRY(store_reader_open(folder, &reader));
+    TRY(store_verify(reader, &after));
+    TEST_ASSERT_EQUAL_STRING(before.last_hash, after.last_hash);
+    TRY(store_list(reader, &tool_all, see_old, &n));
+    TEST_ASSERT_EQUAL_INT(1, n);
+    TRY(store_last_calibration(reader, &calibration.instrument, "zero", &calibration));
+    TEST_ASSERT_TRUE(isnan(calibration.aperture_mm));
+    tool_add(store, 2, 3);
+    TRY(store_verify(reader, &after));
+    TEST_ASSERT_EQUAL_INT64(4, after.records);
+    store_reader_close(reader);
+    free(record);
 }
 
 /* ---- damage
@@ -583,6 +634,7 @@ int main(void)
     RUN_TEST(test_read_only_folder);
     RUN_TEST(test_foreign_files_are_untouched);
     RUN_TEST(test_newer_in_the_wal);
+    RUN_TEST(test_from_version_1);
     RUN_TEST(test_damage_is_moved_aside);
     RUN_TEST(test_the_wal_goes_along);
     RUN_TEST(test_damaged_again);

@@ -44,35 +44,50 @@ static bool see(void *context, const struct store_record *r)
     return seen->n != seen->stop_at;
 }
 
-/* Ten records, the even ones of a subject. */
+/* Ten records, the even ones of a subject; by an account (1, 4, 7, 10), by root (2, 5, 8) and
+ * by who knows whom. */
 static void add_ten(struct store_subject *subject)
 {
+    static const int64_t owner[] = { -1, 1000, 0 };
     bool known;
     memset(subject, 0, sizeof *subject);
     TRY(store_add_subject(store, subject, ""));
     for (int i = 1; i <= 10; i++) {
         records_uuid(&dice, record->uuid);
         strcpy(record->subject, i % 2 == 0 ? subject->id : "");
+        record->owner_uid = owner[i % 3];
         TRY(store_add_record(store, record, &known));
     }
 }
 
 static const struct list_case {
     const char *what;
-    int64_t since;
+    int64_t since, until;
     bool of_subject;
+    int64_t owner;
     int stop_at, n;
     int64_t first, last;
 } list_cases[] = {
-    { "all", 0, false, 0, 10, 1, 10 },
-    { "since one", 7, false, 0, 3, 8, 10 },
-    { "since the last", 10, false, 0, 0, 0, 0 },
-    { "since the future", 99, false, 0, 0, 0, 0 },
-    { "since before the first", -5, false, 0, 10, 1, 10 },
-    { "until told to stop", 2, false, 3, 3, 3, 5 },
-    { "of a subject", 0, true, 0, 5, 2, 10 },
-    { "of a subject, since", 4, true, 0, 3, 6, 10 },
-    { "of a subject, until told to stop", 0, true, 1, 1, 2, 2 },
+    { "all", 0, 0, false, -1, 0, 10, 1, 10 },
+    { "since one", 7, 0, false, -1, 0, 3, 8, 10 },
+    { "since the last", 10, 0, false, -1, 0, 0, 0, 0 },
+    { "since the future", 99, 0, false, -1, 0, 0, 0, 0 },
+    { "since before the first", -5, 0, false, -1, 0, 10, 1, 10 },
+    { "until told to stop", 2, 0, false, -1, 3, 3, 3, 5 },
+    { "until one", 0, 4, false, -1, 0, 4, 1, 4 },
+    { "from one until another", 3, 7, false, -1, 0, 4, 4, 7 },
+    { "until before the first", 0, -1, false, -1, 0, 0, 0, 0 },
+    { "until the future", 8, 99, false, -1, 0, 2, 9, 10 },
+    { "of a subject", 0, 0, true, -1, 0, 5, 2, 10 },
+    { "of a subject, since", 4, 0, true, -1, 0, 3, 6, 10 },
+    { "of a subject, until one", 0, 5, true, -1, 0, 2, 2, 4 },
+    { "of a subject, until told to stop", 0, 0, true, -1, 1, 1, 2, 2 },
+    { "of an account", 0, 0, false, 1000, 0, 4, 1, 10 },
+    { "of root", 0, 0, false, 0, 0, 3, 2, 8 },
+    { "of root, from one until another", 2, 7, false, 0, 0, 1, 5, 5 },
+    { "of nobody's account", 0, 0, false, 65534, 0, 0, 0, 0 },
+    { "of a subject and an account", 0, 0, true, 1000, 0, 2, 4, 10 },
+    { "of a subject and root, since", 2, 0, true, 0, 0, 1, 8, 8 },
 };
 
 static void test_lists(void)
@@ -82,9 +97,9 @@ static void test_lists(void)
     for (size_t i = 0; i < sizeof list_cases / sizeof *list_cases; i++) {
         const struct list_case *c = &list_cases[i];
         struct seen seen = { .stop_at = c->stop_at };
-        TEST_ASSERT_EQUAL_INT_MESSAGE(
-            STATUS_OK, store_list(reader, c->since, c->of_subject ? subject.id : NULL, see, &seen),
-            c->what);
+        struct store_query query = { c->since, c->until, c->of_subject ? subject.id : NULL,
+                                     c->owner };
+        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, store_list(reader, &query, see, &seen), c->what);
         TEST_ASSERT_EQUAL_INT_MESSAGE(c->n, seen.n, c->what);
         for (int j = 1; j < seen.n; j++)
             TEST_ASSERT_TRUE_MESSAGE(seen.seq[j] > seen.seq[j - 1], c->what);
@@ -94,7 +109,8 @@ static void test_lists(void)
         }
     }
     struct seen seen = { .n = 0 };
-    TRY(store_list(reader, 0, "nobody", see, &seen));
+    struct store_query nobody = { .subject = "nobody", .owner_uid = -1 };
+    TRY(store_list(reader, &nobody, see, &seen));
     TEST_ASSERT_EQUAL_INT(0, seen.n);
 }
 
@@ -108,7 +124,7 @@ static bool add_and_checkpoint(void *context, const struct store_record *r)
     ++*(int *)context;
     records_uuid(&dice, record->uuid);
     TRY(store_add_record(store, record, &known));
-    TRY(store_checkpoint(folder, &left));
+    TRY(tool_checkpoint(folder, &left));
     TEST_ASSERT_EQUAL_INT(0, left);
     return true;
 }
@@ -117,8 +133,140 @@ static void test_nothing_is_held_in_the_callback(void)
 {
     int n = 0;
     tool_add(store, 3, 5);
-    TRY(store_list(reader, 0, NULL, add_and_checkpoint, &n));
+    TRY(store_list(reader, &tool_all, add_and_checkpoint, &n));
     TEST_ASSERT_EQUAL_INT(5, n);
+}
+
+/* Subjects after one, in the order they were added; forgotten ones keep their place. */
+struct subjects {
+    char id[8][STORE_UUID_SIZE];
+    int n, stop_at;
+};
+
+static bool see_subject(void *context, const struct store_subject *subject)
+{
+    struct subjects *seen = context;
+    memcpy(seen->id[seen->n++], subject->id, STORE_UUID_SIZE);
+    return seen->n != seen->stop_at;
+}
+
+static const struct page_case {
+    const char *what;
+    int after, stop_at, n; /* after: -1: from the first */
+} page_cases[] = {
+    { "all", -1, 0, 5 },           { "the first two", -1, 2, 2 },
+    { "the next two", 1, 2, 2 },   { "the last page", 3, 2, 1 },
+    { "after the last", 4, 2, 0 }, { "after a forgotten one", 2, 0, 2 },
+};
+
+static void test_subjects_page_by_page(void)
+{
+    char id[5][STORE_UUID_SIZE];
+    bool erased;
+    struct subjects seen = { .n = 0 };
+    for (int i = 0; i < 5; i++) {
+        struct store_subject subject = { .name = "Zoë" };
+        TRY(store_add_subject(store, &subject, ""));
+        memcpy(id[i], subject.id, sizeof id[i]);
+    }
+    TRY(store_forget_subject(store, id[2], "", &erased));
+    for (size_t i = 0; i < sizeof page_cases / sizeof *page_cases; i++) {
+        const struct page_case *c = &page_cases[i];
+        seen = (struct subjects){ .stop_at = c->stop_at };
+        TRY(store_list_subjects(reader, c->after < 0 ? "" : id[c->after], see_subject, &seen));
+        TEST_ASSERT_EQUAL_INT_MESSAGE(c->n, seen.n, c->what);
+        for (int j = 0; j < seen.n; j++)
+            TEST_ASSERT_EQUAL_STRING_MESSAGE(id[c->after + 1 + j], seen.id[j], c->what);
+    }
+    seen.n = 0;
+    TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND,
+                          store_list_subjects(reader, "nobody", see_subject, &seen));
+    TEST_ASSERT_EQUAL_INT(0, seen.n);
+    TEST_ASSERT_EQUAL_INT(0, heard_count());
+}
+
+static void test_newest_and_fence(void)
+{
+    int64_t seq = 77, fence = 77;
+    bool known;
+    TRY(store_newest(reader, &seq));
+    TRY(store_max_fence(reader, &fence));
+    TEST_ASSERT_EQUAL_INT64(0, seq);
+    TEST_ASSERT_EQUAL_INT64(0, fence);
+    TRY(store_highest_fence(store, &fence));
+    TEST_ASSERT_EQUAL_INT64(0, fence);
+    for (int i = 0; i < 4; i++) {
+        static const int64_t fences[] = { 0, 5, INT64_C(1) << 40, 3 };
+        records_uuid(&dice, record->uuid);
+        record->fence = fences[i];
+        TRY(store_begin(store));
+        TRY(store_add_record(store, record, &known));
+        TRY(store_highest_fence(store, &fence));
+        TEST_ASSERT_EQUAL_INT64(i < 2 ? fences[i] : fences[2], fence);
+        TRY(store_commit(store));
+        TRY(store_newest(reader, &seq));
+        TRY(store_max_fence(reader, &fence));
+        TEST_ASSERT_EQUAL_INT64(i + 1, seq);
+        TEST_ASSERT_EQUAL_INT64(i < 2 ? fences[i] : fences[2], fence);
+    }
+}
+
+/* expect: the integers that were given, from 16 bit devices and beyond. */
+static void test_raw_integers(void)
+{
+    static const int32_t raw[] = { 0, 1, -1, INT32_MAX, INT32_MIN, 65535, 123456 };
+    int32_t *got = NULL;
+    size_t n = 77;
+    bool known;
+    TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, store_read_raw(reader, "x", &got, &n));
+    TEST_ASSERT_EQUAL_size_t(77, n);
+    record->raw = raw;
+    record->raw_n = sizeof raw / sizeof *raw;
+    TRY(store_add_record(store, record, &known));
+    TRY(store_read_raw(reader, record->id, &got, &n));
+    TEST_ASSERT_EQUAL_size_t(sizeof raw / sizeof *raw, n);
+    TEST_ASSERT_EQUAL_INT32_ARRAY(raw, got, n);
+    free(got);
+    record->raw = NULL;
+    records_uuid(&dice, record->uuid);
+    TRY(store_add_record(store, record, &known));
+    TRY(store_read_raw(reader, record->id, &got, &n));
+    TEST_ASSERT_EQUAL_size_t(0, n);
+    TEST_ASSERT_NULL(got);
+}
+
+/* The lists of a kiosk and the start of a daemon must not walk through all records: each
+ * statement finds its rows by an index. */
+static const struct plan_case {
+    const char *what;
+    enum reader_query query;
+    const char *index;
+} plan_cases[] = {
+    { "all", QUERY_NEXT, "INTEGER PRIMARY KEY (rowid>? AND rowid<?)" },
+    { "of a subject", QUERY_NEXT_OF_SUBJECT,
+      "measurement_subject (subject=? AND seq>? AND seq<?)" },
+    { "of an owner", QUERY_NEXT_OF_OWNER, "measurement_owner (owner_uid=? AND seq>? AND seq<?)" },
+    { "of both", QUERY_NEXT_OF_BOTH, "measurement_subject (subject=? AND seq>? AND seq<?)" },
+    { "the fence", QUERY_HIGHEST_FENCE, "measurement_fence (fence>?)" },
+};
+
+static void test_found_by_an_index(void)
+{
+    for (size_t i = 0; i < sizeof plan_cases / sizeof *plan_cases; i++) {
+        const struct plan_case *c = &plan_cases[i];
+        char sql[4096];
+        sqlite3_stmt *plan;
+        bool found = false;
+        snprintf(sql, sizeof sql, "EXPLAIN QUERY PLAN %s", sqlite3_sql(reader->query[c->query]));
+        TRY(sql_prepare(reader->db, sql, &plan));
+        while (sqlite3_step(plan) == SQLITE_ROW) {
+            const char *detail = (const char *)sqlite3_column_text(plan, 3);
+            found = found || strstr(detail, c->index) != NULL;
+            TEST_ASSERT_MESSAGE(strstr(detail, "TEMP B-TREE") == NULL, c->what);
+        }
+        sqlite3_finalize(plan);
+        TEST_ASSERT_MESSAGE(found, c->what);
+    }
 }
 
 static bool see_text(void *context, const char *text)
@@ -143,7 +291,7 @@ static void test_sites_and_subjects_each_once(void)
     int n = 0;
     bool known;
     TRY(store_list_sites(reader, see_text, all));
-    TRY(store_list_subjects(reader, count_subjects, &n));
+    TRY(store_list_subjects(reader, "", count_subjects, &n));
     TEST_ASSERT_EQUAL_STRING("", all);
     TEST_ASSERT_EQUAL_INT(0, n);
     for (int i = 0; i < 6; i++) {
@@ -156,7 +304,7 @@ static void test_sites_and_subjects_each_once(void)
     TEST_ASSERT_EQUAL_STRING("forearm;cheek;nose;", all);
     TRY(store_list_sites(reader, see_text, all)); /* stopped after its first */
     TEST_ASSERT_EQUAL_STRING("forearm;cheek;nose;forearm;", all);
-    TRY(store_list_subjects(reader, count_subjects, &n));
+    TRY(store_list_subjects(reader, "", count_subjects, &n));
     TEST_ASSERT_EQUAL_INT(2, n);
 }
 
@@ -208,7 +356,15 @@ static void test_interrupted(void)
     }
     TEST_ASSERT_TRUE(worked > 5);
     sqlite3_progress_handler(reader->db, 1, interrupt_at_once, NULL);
-    TEST_ASSERT_EQUAL_INT(STATUS_CANCELLED, store_list(reader, 0, NULL, see, &seen));
+    TEST_ASSERT_EQUAL_INT(STATUS_CANCELLED, store_list(reader, &tool_all, see, &seen));
+    int64_t number = 77;
+    int32_t *raw = NULL;
+    size_t raw_n = 77;
+    TEST_ASSERT_EQUAL_INT(STATUS_CANCELLED, store_newest(reader, &number));
+    TEST_ASSERT_EQUAL_INT(STATUS_CANCELLED, store_max_fence(reader, &number));
+    TEST_ASSERT_EQUAL_INT64(77, number);
+    TEST_ASSERT_EQUAL_INT(STATUS_CANCELLED, store_read_raw(reader, "x", &raw, &raw_n));
+    TEST_ASSERT_EQUAL_size_t(77, raw_n);
     TEST_ASSERT_EQUAL_INT(STATUS_CANCELLED, store_list_sites(reader, see_text, all));
     TEST_ASSERT_EQUAL_INT(STATUS_CANCELLED,
                           store_last_calibration(reader, &instrument, "zero", &calibration));
@@ -231,7 +387,7 @@ static void test_no_file_and_older_files(void)
     TEST_ASSERT_TRUE(tool_edit(folder, "PRAGMA user_version = 0"));
     TEST_ASSERT_EQUAL_INT(STATUS_VERSION, store_reader_open(folder, &other));
     TEST_ASSERT_TRUE(heard_contains("version 0"));
-    TEST_ASSERT_TRUE(tool_edit(folder, "PRAGMA user_version = 1; DROP TABLE site"));
+    TEST_ASSERT_TRUE(tool_edit(folder, "PRAGMA user_version = 2; DROP TABLE site"));
     TEST_ASSERT_EQUAL_INT(STATUS_DB, store_reader_open(folder, &other));
     TEST_ASSERT_TRUE(heard_contains("no such table"));
     TEST_ASSERT_TRUE(file_write(path, "not a database, but a letter of some length", 43));
@@ -284,7 +440,7 @@ static void test_spoilt_rows(void)
         TEST_ASSERT_TRUE(tool_edit(folder, c->sql));
         TRY(store_reader_open(folder, &reader));
         heard_start();
-        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_DAMAGED, store_list(reader, 0, NULL, see, &seen),
+        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_DAMAGED, store_list(reader, &tool_all, see, &seen),
                                       c->what);
         TEST_ASSERT_EQUAL_INT_MESSAGE(1, heard_count(), c->what);
         TEST_ASSERT_MESSAGE(heard_contains("record 1"), heard_last());
@@ -349,6 +505,10 @@ int main(void)
     RUN_TEST(test_lists);
     RUN_TEST(test_nothing_is_held_in_the_callback);
     RUN_TEST(test_sites_and_subjects_each_once);
+    RUN_TEST(test_subjects_page_by_page);
+    RUN_TEST(test_newest_and_fence);
+    RUN_TEST(test_raw_integers);
+    RUN_TEST(test_found_by_an_index);
     RUN_TEST(test_not_found);
     RUN_TEST(test_interrupted);
     RUN_TEST(test_no_file_and_older_files);

@@ -1,5 +1,6 @@
 /* test_store_schema.c - versions of station.db: each step whole or not at all. */
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "db/sql.h"
@@ -41,10 +42,11 @@ static const char *const tables[] = { "station",     "subject",     "subject_per
                                       "instrument",  "calibration", "measurement",    "match",
                                       "client_uuid", "audit",       "sync_peer" };
 
-static void test_first_version(void)
+static void test_last_version(void)
 {
     TEST_ASSERT_EQUAL_INT(STATUS_OK, station_migrate(db, station_steps, station_steps_n));
     TEST_ASSERT_EQUAL_INT(STATION_APPLICATION_ID, number("PRAGMA application_id"));
+    TEST_ASSERT_EQUAL_INT(2, station_version());
     TEST_ASSERT_EQUAL_INT(station_version(), number("PRAGMA user_version"));
     TEST_ASSERT_EQUAL_INT(sizeof tables / sizeof *tables,
                           number("SELECT count(*) FROM sqlite_schema WHERE type = 'table'"));
@@ -56,6 +58,55 @@ static void test_first_version(void)
     /* Again: nothing to do. */
     TEST_ASSERT_EQUAL_INT(STATUS_OK, station_migrate(db, station_steps, station_steps_n));
     TEST_ASSERT_EQUAL_INT(0, heard_count());
+}
+
+/* ---- the documentation ----------------------------------------------------------------- */
+
+/* Names, types and NOT NULL of each column in order, and what each index is made of. */
+static const char shape_sql[] =
+    "SELECT group_concat(line, char(10)) FROM (SELECT m.name || '.' || c.cid || ' ' || c.name ||"
+    " ' ' || c.type || ' ' || c.\"notnull\" || ' ' || c.pk AS line FROM sqlite_schema m,"
+    " pragma_table_info(m.name) c WHERE m.type = 'table' UNION ALL"
+    " SELECT i.name || ' ' || i.\"unique\" || ' ' || i.partial || ' ' || m.name || '(' ||"
+    " (SELECT group_concat(name) FROM pragma_index_info(i.name)) || ')' FROM sqlite_schema m,"
+    " pragma_index_list(m.name) i WHERE m.type = 'table' ORDER BY line)";
+
+static void read_shape(sqlite3 *from, char *text, size_t size)
+{
+    sqlite3_stmt *select;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, sql_prepare(from, shape_sql, &select));
+    TEST_ASSERT_EQUAL_INT(SQLITE_ROW, sqlite3_step(select));
+    snprintf(text, size, "%s", (const char *)sqlite3_column_text(select, 0));
+    sqlite3_finalize(select);
+    TEST_ASSERT_TRUE(strlen(text) > 2000 && strlen(text) + 1 < size);
+}
+
+/* The SQL that docs/data.md gives for station.db, run: the same tables and indexes. */
+static void test_documented(void)
+{
+    static char ours[16384], theirs[16384];
+    static const char begin[] = "```sql\nPRAGMA application_id = 1399542644;";
+    size_t size;
+    sqlite3 *documented;
+    char *text = (char *)file_bytes("docs/data.md", &size);
+    TEST_ASSERT_NOT_NULL(text);
+    char *sql = strstr(text, begin);
+    TEST_ASSERT_NOT_NULL(sql);
+    sql += strlen("```sql\n");
+    *strstr(sql, "```") = '\0';
+    TEST_ASSERT_EQUAL_INT(SQLITE_OK, sqlite3_open(":memory:", &documented));
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, sql_run(documented, sql), sqlite3_errmsg(documented));
+    free(text);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, station_migrate(db, station_steps, station_steps_n));
+    read_shape(db, ours, sizeof ours);
+    read_shape(documented, theirs, sizeof theirs);
+    TEST_ASSERT_EQUAL_STRING(ours, theirs);
+    sqlite3_stmt *version;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, sql_prepare(documented, "PRAGMA user_version", &version));
+    TEST_ASSERT_EQUAL_INT(SQLITE_ROW, sqlite3_step(version));
+    TEST_ASSERT_EQUAL_INT(station_version(), sqlite3_column_int(version, 0));
+    sqlite3_finalize(version);
+    sqlite3_close(documented);
 }
 
 /* What the schema itself refuses. */
@@ -86,7 +137,7 @@ static void test_refused_by_the_schema(void)
                     "step_nm,bands,spectrum,replicates,red,green,blue)"
                     " VALUES (1,'m','t',0,0,'sce',400,10,1,x'00',0,1,2,3);"
                     "INSERT INTO match VALUES (1,'t','s','lab','{}');"
-                    "INSERT INTO calibration VALUES ('c','t','b',0,1,'zero','','');"
+                    "INSERT INTO calibration VALUES ('c','t','b',0,1,'zero','','',8.0);"
                     "INSERT INTO audit VALUES (1,'t','w','a','e',NULL,x'00');"));
     for (size_t i = 0; i < sizeof refused_cases / sizeof *refused_cases; i++) {
         const struct refused_case *c = &refused_cases[i];
@@ -177,7 +228,8 @@ static void test_what_cannot_be_migrated(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_first_version);
+    RUN_TEST(test_last_version);
+    RUN_TEST(test_documented);
     RUN_TEST(test_refused_by_the_schema);
     RUN_TEST(test_from_nothing_and_from_the_middle);
     RUN_TEST(test_a_step_that_fails);

@@ -49,7 +49,7 @@ static void *read_all(void *context)
     }
     do {
         struct counted c = { 0 };
-        if (store_list(reader, 0, NULL, count, &c) != STATUS_OK || c.n % EACH != 0 ||
+        if (store_list(reader, &tool_all, count, &c) != STATUS_OK || c.n % EACH != 0 ||
             store_verify(reader, &report) != STATUS_OK || report.records < c.n)
             atomic_fetch_add(&failures, 1);
     } while (!atomic_load(&done));
@@ -59,13 +59,19 @@ static void *read_all(void *context)
 
 static void *checkpoint(void *context)
 {
+    struct store_keeper *keeper;
     int left;
     int64_t bytes;
     (void)context;
+    if (store_keeper_open(folder, &keeper) != STATUS_OK) {
+        atomic_fetch_add(&failures, 1);
+        return NULL;
+    }
     while (!atomic_load(&done))
-        if (store_checkpoint(folder, &left) != STATUS_OK ||
+        if (store_keeper_checkpoint(keeper, &left) != STATUS_OK ||
             store_wal_bytes(folder, &bytes) != STATUS_OK)
             atomic_fetch_add(&failures, 1);
+    store_keeper_close(keeper);
     return NULL;
 }
 

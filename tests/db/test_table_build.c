@@ -1,20 +1,17 @@
 /* test_table_build.c - all of a table file or nothing, and the same bytes always. */
-#define _GNU_SOURCE /* unshare, for a small disk of our own */
+#define _GNU_SOURCE /* syscall */
 #include "db/table_build.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
-#include <sched.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mount.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <sqlite3.h>
@@ -24,6 +21,7 @@
 #include "tests/support/dice.h"
 #include "tests/support/folder.h"
 #include "tests/support/heard.h"
+#include "tests/support/small_disk.h"
 #include "tests/support/table_files.h"
 #include "unity.h"
 
@@ -280,9 +278,10 @@ static const struct last_step_case {
 } last_step_cases[] = {
     { "no promise", EINVAL, 0, false, STATUS_OK, "", "t.db " },
     { "no promise asked for, no name given", EINVAL, 0, true, STATUS_IO, "Invalid argument", "" },
-    { "no right to the name", EACCES, 0, false, STATUS_IO, "Permission denied", "" },
+    { "no right to the name", EACCES, 0, false, STATUS_READ_ONLY, "Permission denied", "" },
     { "taken at the last moment", EEXIST, 0, false, STATUS_EXISTS, "exists; choose", "" },
     { "the disk fails", 0, EIO, false, STATUS_IO, "Input/output error", "" },
+    { "the disk is full", 0, ENOSPC, false, STATUS_FULL, "No space left on device", "" },
 };
 
 static void test_last_steps(void)
@@ -472,43 +471,17 @@ static void test_file_size_limit(void)
     }
 }
 
-static bool say_to(const char *file, const char *text)
-{
-    int fd = open(file, O_WRONLY);
-    bool good = fd >= 0 && write(fd, text, strlen(text)) == (ssize_t)strlen(text);
-    if (fd >= 0)
-        close(fd);
-    return good;
-}
-
-/* In a child with file systems of its own, so that nobody else sees the mount; who
- * is not root becomes it in a name space of users first. */
-static bool on_a_small_disk(const char *at)
-{
-    char uid[32], gid[32];
-    snprintf(uid, sizeof uid, "0 %u 1", (unsigned)getuid());
-    snprintf(gid, sizeof gid, "0 %u 1", (unsigned)getgid());
-    if (unshare(CLONE_NEWNS) != 0 &&
-        (unshare(CLONE_NEWUSER | CLONE_NEWNS) != 0 || !say_to("/proc/self/uid_map", uid) ||
-         !say_to("/proc/self/setgroups", "deny") || !say_to("/proc/self/gid_map", gid)))
-        return false;
-    return mount("none", "/", NULL, MS_REC | MS_PRIVATE, NULL) == 0 &&
-           mount("none", at, "tmpfs", 0, "size=1m") == 0;
-}
-
-enum { CANNOT_MOUNT = 77 };
-
 static int build_on_a_small_disk(void)
 {
     struct recipe recipe = recipe_default(model_find("paper"));
     struct recipe small = small_recipe("paper");
     struct table_file_info info;
     char list[FOLDER_LIST_SIZE];
-    if (!on_a_small_disk(folder))
-        return CANNOT_MOUNT;
+    if (!small_disk_mount(folder))
+        return SMALL_DISK_NONE;
     if (small_table(path, &small, false) != STATUS_OK)
         return 1;
-    if (table_build(path, &recipe, &replacing) != STATUS_IO)
+    if (table_build(path, &recipe, &replacing) != STATUS_FULL)
         return 2;
     if (heard_count() != 1 || !heard_contains("No space left on device"))
         return 3;
@@ -519,16 +492,10 @@ static int build_on_a_small_disk(void)
 
 static void test_full_disk(void)
 {
-    int ended;
-    fflush(NULL);
-    pid_t child = fork();
-    if (child == 0)
-        exit(build_on_a_small_disk());
-    TEST_ASSERT_EQUAL_INT(child, waitpid(child, &ended, 0));
-    TEST_ASSERT_TRUE(WIFEXITED(ended));
-    if (WEXITSTATUS(ended) == CANNOT_MOUNT)
+    int ended = small_disk_child(build_on_a_small_disk);
+    if (ended == SMALL_DISK_NONE)
         TEST_IGNORE_MESSAGE("no right to mount a small disk");
-    TEST_ASSERT_EQUAL_INT(0, WEXITSTATUS(ended));
+    TEST_ASSERT_EQUAL_INT(0, ended);
 }
 
 /* ---- the R*Tree ------------------------------------------------------------------------ */

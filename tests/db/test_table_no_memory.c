@@ -3,42 +3,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include <sqlite3.h>
-
 #include "db/table_build.h"
 #include "db/table_file.h"
 #include "db/table_verify.h"
 #include "tests/support/folder.h"
 #include "tests/support/heard.h"
+#include "tests/support/no_memory.h"
 #include "tests/support/table_files.h"
 #include "unity.h"
 
 static char folder[FOLDER_PATH_SIZE], path[FOLDER_PATH_SIZE], list[FOLDER_LIST_SIZE];
-static sqlite3_mem_methods usual;
-static long allocations_left = -1; /* -1: never fail; once 0, every one fails */
-static bool failed;
-
-static bool may_allocate(void)
-{
-    if (allocations_left < 0)
-        return true;
-    if (allocations_left == 0) {
-        failed = true;
-        return false;
-    }
-    allocations_left--;
-    return true;
-}
-
-static void *test_malloc(int size)
-{
-    return may_allocate() ? usual.xMalloc(size) : NULL;
-}
-
-static void *test_realloc(void *old, int size)
-{
-    return may_allocate() ? usual.xRealloc(old, size) : NULL;
-}
 
 void setUp(void)
 {
@@ -49,7 +23,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    allocations_left = -1;
+    no_memory_after(-1);
     heard_stop();
     folder_remove(folder);
 }
@@ -126,10 +100,10 @@ static void test_every_allocation_in_turn(void)
         long refused = 0;
         for (long enough = 0;; enough++) {
             heard_start();
-            failed = false;
-            allocations_left = enough;
+            no_memory_after(enough);
             enum status s = c->run();
-            allocations_left = -1;
+            bool failed = no_memory_met();
+            no_memory_after(-1);
             if (s == STATUS_OK) {
                 TEST_ASSERT_EQUAL_INT_MESSAGE(0, heard_count(), c->what);
                 if (!failed)
@@ -146,16 +120,8 @@ static void test_every_allocation_in_turn(void)
 
 int main(void)
 {
-    sqlite3_mem_methods failing;
     UNITY_BEGIN();
-    int configured = sqlite3_config(SQLITE_CONFIG_GETMALLOC, &usual);
-    failing = usual;
-    failing.xMalloc = test_malloc;
-    failing.xRealloc = test_realloc;
-    configured += sqlite3_config(SQLITE_CONFIG_MALLOC, &failing);
-    /* Small allocations too: no pool of SQLite's own to take them from. */
-    configured += sqlite3_config(SQLITE_CONFIG_LOOKASIDE, 0, 0);
-    if (configured != SQLITE_OK)
+    if (!no_memory_install())
         return 1;
     RUN_TEST(test_every_allocation_in_turn);
     return UNITY_END();

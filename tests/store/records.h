@@ -46,6 +46,7 @@ static inline struct store_record *records_make(struct dice *dice)
     records_uuid(dice, r->uuid);
     snprintf(r->parameters_sha256, sizeof r->parameters_sha256, "%064llx",
              (unsigned long long)dice_bits(dice));
+    r->owner_uid = 1000;
     strcpy(r->operator_name, "Zoë");
     r->instrument = records_instrument();
     r->specular = SPECULAR_SCE;

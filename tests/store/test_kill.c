@@ -49,10 +49,13 @@ void tearDown(void)
 
 static void *checkpoints(void *context)
 {
+    struct store_keeper *keeper;
     int left;
     (void)context;
+    if (store_keeper_open(folder, &keeper) != STATUS_OK)
+        _exit(3);
     for (;;) {
-        (void)store_checkpoint(folder, &left);
+        (void)store_keeper_checkpoint(keeper, &left);
         usleep(3000);
     }
     return NULL;
@@ -205,7 +208,7 @@ static void check_all(void)
     struct judged judged = { 0 };
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, store_open(folder, NULL, &store), heard_last());
     TRY(store_reader_open(folder, &reader));
-    TRY(store_list(reader, 0, NULL, judge, &judged));
+    TRY(store_list(reader, &tool_all, judge, &judged));
     TEST_ASSERT_EQUAL_size_t_MESSAGE(known_n, judged.next, "an acknowledged record is missing");
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, store_verify(reader, &report), report.what);
     TEST_ASSERT_EQUAL_INT64(judged.last, report.records);

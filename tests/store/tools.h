@@ -56,6 +56,21 @@ static inline long long tool_number(const char *folder, const char *sql)
     return x;
 }
 
+/* Every record. */
+static const struct store_query tool_all = { .owner_uid = -1 };
+
+/* One PASSIVE checkpoint. */
+static inline enum status tool_checkpoint(const char *folder, int *left)
+{
+    struct store_keeper *keeper;
+    enum status s = store_keeper_open(folder, &keeper);
+    if (s != STATUS_OK)
+        return s;
+    s = store_keeper_checkpoint(keeper, left);
+    store_keeper_close(keeper);
+    return s;
+}
+
 /* n records with uuids by that seed, in one group. */
 static inline void tool_add(struct store *store, uint64_t seed, int n)
 {
