@@ -10,6 +10,7 @@
 bool call_init(struct call *call)
 {
     call->cancelled_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    call->cancelled = false;
     return call->cancelled_fd >= 0;
 }
 
@@ -18,10 +19,21 @@ void call_done(struct call *call)
     close(call->cancelled_fd);
 }
 
+static void forget_cancellations(struct call *call)
+{
+    eventfd_t count;
+    (void)eventfd_read(call->cancelled_fd, &count); /* fails where there were none */
+}
+
 void call_begin(struct call *call)
 {
-    eventfd_t left_over; /* by a cancellation after the last call */
-    (void)eventfd_read(call->cancelled_fd, &left_over);
+    forget_cancellations(call); /* those after the last call */
+    call->cancelled = false;
+}
+
+void call_begin_waiting(struct call *call)
+{
+    call->cancelled = false;
 }
 
 void call_cancel(struct call *call)
@@ -42,13 +54,18 @@ enum call_end_of_wait call_wait(struct call *call, int fd, int64_t deadline_ms)
         { .fd = call->cancelled_fd, .events = POLLIN },
         { .fd = fd, .events = POLLIN }, /* poll() passes over -1 */
     };
-    for (;;) {
+    while (!call->cancelled) {
         int64_t left = deadline_ms - call_now_ms();
         int ready = poll(on, 2, left <= 0 ? 0 : left > INT_MAX ? INT_MAX : (int)left);
-        if (ready > 0)
-            return on[0].revents != 0 ? CALL_CANCELLED : CALL_READABLE;
-        if (left <= 0)
+        if (ready > 0 && on[0].revents == 0)
+            return CALL_READABLE;
+        if (ready <= 0 && left <= 0)
             return CALL_DEADLINE;
+        if (ready > 0) {
+            call->cancelled = true;
+            forget_cancellations(call); /* this call has it: no later one */
+        }
         /* Otherwise a signal came, or poll() was a millisecond early: look again. */
     }
+    return CALL_CANCELLED;
 }

@@ -148,9 +148,9 @@ struct driver {
     void (*close)(struct instrument *instrument); /* takes NULL */
 
     /* Makes the call in progress, if any, return DRIVER_CANCELLED within 200 ms,
-     * unless its answer is there already; a call that begins later is not affected.
-     * From any thread, between open() and close(); open() itself is not cancelled but
-     * bounded by its timeout. */
+     * unless its answer is there already; a call that begins later is not affected,
+     * but for wait_button().  From any thread, between open() and close(); open()
+     * itself is not cancelled but bounded by its timeout. */
     void (*cancel)(struct instrument *instrument);
 
     /* DRIVER_UNSUPPORTED, and all as it was, for an index outside the lists.  Another
@@ -173,7 +173,11 @@ struct driver {
 
     /* Wait for the button up to timeout_ms >= 0; *pressed says whether it was.  A press
      * since the last call (the first: since open()) counts at once, several are one: a
-     * call with 0 before the operator is asked to press forgets what came earlier. */
+     * call with 0 before the operator is asked to press forgets what came earlier.
+     *
+     * A cancel() since the last call ended, or one that came too late for that call to
+     * notice, ends this one at once, and is used up by it: whoever wants to end a wait
+     * need not know whether it has begun.  A press is not lost by it. */
     enum driver_result (*wait_button)(struct instrument *instrument, int timeout_ms, bool *pressed,
                                       struct driver_error *error);
 

@@ -370,7 +370,8 @@ static enum driver_result simulated_wait_button(struct instrument *in, int timeo
 {
     struct button *button = device_button(in->device);
     struct answer a;
-    begin(in, OPERATION_WAIT_BUTTON);
+    call_begin_waiting(&in->call); /* the one call that a cancellation before it reaches */
+    device_expect(in->device, OPERATION_WAIT_BUTTON);
     device_enable_button(in->device, &a);
     enum driver_result r = await_reply(in, &a, error);
     if (r != DRIVER_OK)

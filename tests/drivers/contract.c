@@ -390,8 +390,11 @@ static enum driver_result call_wait_button(void)
 
 static void test_cancel_a_calibration(void)
 {
+    bool pressed;
     open_it(CONTRACT_TAKES_TIME);
     TEST_ASSERT_TRUE(cancelled_after_ms(call_calibrate) <= CANCEL_MS);
+    if (identity.has_button) /* what ended one call does not end the next, not even this */
+        EXPECT(DRIVER_OK, driver->wait_button(instrument, 0, &pressed, &error));
     calibrate_it();
 }
 
@@ -414,6 +417,24 @@ static void test_cancel_a_wait_for_the_button(void)
         TEST_IGNORE_MESSAGE("has none");
     TEST_ASSERT_TRUE(cancelled_after_ms(call_wait_button) <= CANCEL_MS);
     EXPECT(DRIVER_OK, driver->wait_button(instrument, 0, &pressed, &error));
+}
+
+/* But for the wait, which may be about to begin: it ends at once, and the next is a new one. */
+static void test_cancel_before_a_wait_for_the_button(void)
+{
+    bool pressed;
+    open_it(CONTRACT_SOUND);
+    if (!identity.has_button)
+        TEST_IGNORE_MESSAGE("has none");
+    driver->cancel(instrument);
+    driver->cancel(instrument);
+    int64_t began_ms = call_now_ms();
+    EXPECT(DRIVER_CANCELLED, driver->wait_button(instrument, 60000, &pressed, &error));
+    TEST_ASSERT_TRUE(call_now_ms() - began_ms <= CANCEL_MS);
+    EXPECT(DRIVER_OK, driver->wait_button(instrument, 50, &pressed, &error));
+    driver->cancel(instrument);
+    calibrate_it();
+    EXPECT(DRIVER_OK, driver->wait_button(instrument, 50, &pressed, &error));
 }
 
 /* A cancellation that finds no call must not lie in wait for the next. */
@@ -465,6 +486,7 @@ static const struct contract_test {
     { "cancel a calibration", test_cancel_a_calibration },
     { "cancel a shot", test_cancel_a_shot },
     { "cancel a wait for the button", test_cancel_a_wait_for_the_button },
+    { "cancel before a wait for the button", test_cancel_before_a_wait_for_the_button },
     { "cancel between calls does nothing", test_cancel_between_calls_does_nothing },
     { "silence ends at the deadline", test_silence_ends_at_the_deadline },
 };

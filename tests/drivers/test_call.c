@@ -2,12 +2,14 @@
 #include "drivers/call.h"
 
 #include <pthread.h>
+#include <sched.h>
 #include <signal.h>
 #include <stdatomic.h>
 #include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
 
+#include "tests/support/dice.h"
 #include "unity.h"
 
 enum { SLACK_MS = 400 }; /* what a busy machine may add */
@@ -75,6 +77,34 @@ static void test_cancel_reaches_the_call_in_progress_only(void)
     call_cancel(&call);
     call_begin(&call);
     TEST_ASSERT_EQUAL_INT(CALL_DEADLINE, call_wait(&call, -1, call_now_ms() + 20));
+}
+
+/* A wait for the button forgets nothing, and uses up what ends it. */
+static void test_cancel_before_a_wait_ends_it(void)
+{
+    call_cancel(&call);
+    call_cancel(&call);
+    call_begin_waiting(&call);
+    TEST_ASSERT_EQUAL_INT(CALL_CANCELLED, call_wait(&call, -1, INT64_MAX));
+    TEST_ASSERT_EQUAL_INT(CALL_CANCELLED, call_wait(&call, -1, INT64_MAX)); /* stays so */
+    call_begin_waiting(&call);
+    TEST_ASSERT_EQUAL_INT(CALL_DEADLINE, call_wait(&call, -1, 0));
+
+    call_cancel(&call);
+    call_begin(&call); /* another call came between */
+    call_begin_waiting(&call);
+    TEST_ASSERT_EQUAL_INT(CALL_DEADLINE, call_wait(&call, -1, 0));
+
+    call_begin(&call);
+    call_cancel(&call);
+    TEST_ASSERT_EQUAL_INT(CALL_CANCELLED, call_wait(&call, -1, 0));
+    call_begin_waiting(&call); /* it ended that one */
+    TEST_ASSERT_EQUAL_INT(CALL_DEADLINE, call_wait(&call, -1, 0));
+
+    call_begin(&call);
+    call_cancel(&call); /* that call's answer was there: it does not look again */
+    call_begin_waiting(&call);
+    TEST_ASSERT_EQUAL_INT(CALL_CANCELLED, call_wait(&call, -1, INT64_MAX));
 }
 
 static void *cancel_soon(void *unused)
@@ -152,6 +182,44 @@ static void test_many_cancellations_at_random(void)
     TEST_ASSERT_TRUE(cancelled <= 2000);
 }
 
+/* Property: each cancellation ends a wait, whether it comes before, at, or after its
+ * beginning; one that was lost would leave us here. */
+static atomic_int rounds_begun, rounds_cancelled;
+
+static void *cancel_each_round(void *dice)
+{
+    for (int i = 1; !atomic_load(&stop); i++) {
+        while (atomic_load(&rounds_begun) < i && !atomic_load(&stop))
+            sched_yield();
+        for (size_t spin = dice_below(dice, 400); spin > 0; spin--)
+            atomic_load(&stop);
+        atomic_store(&rounds_cancelled, i);
+        call_cancel(&call);
+    }
+    return NULL;
+}
+
+static void test_no_cancellation_misses_a_wait(void)
+{
+    enum { ROUNDS = 3000 };
+    pthread_t thread;
+    struct dice dice = { 7 }, theirs = { 8 };
+    atomic_store(&stop, false);
+    TEST_ASSERT_EQUAL_INT(0, pthread_create(&thread, NULL, cancel_each_round, &theirs));
+    int ended = 0;
+    for (int i = 1; i <= ROUNDS; i++) {
+        atomic_store(&rounds_begun, i);
+        for (size_t spin = dice_below(&dice, 400); spin > 0; spin--)
+            atomic_load(&stop);
+        call_begin_waiting(&call);
+        ended += call_wait(&call, -1, call_now_ms() + 10000) == CALL_CANCELLED &&
+                 atomic_load(&rounds_cancelled) == i;
+    }
+    atomic_store(&stop, true);
+    pthread_join(thread, NULL);
+    TEST_ASSERT_EQUAL_INT(ROUNDS, ended);
+}
+
 static void test_no_descriptor_left(void)
 {
     struct rlimit before, none;
@@ -172,9 +240,11 @@ int main(void)
     RUN_TEST(test_readable);
     RUN_TEST(test_closed_at_the_other_end_is_readable);
     RUN_TEST(test_cancel_reaches_the_call_in_progress_only);
+    RUN_TEST(test_cancel_before_a_wait_ends_it);
     RUN_TEST(test_cancel_from_another_thread);
     RUN_TEST(test_signals_do_not_end_a_wait);
     RUN_TEST(test_many_cancellations_at_random);
+    RUN_TEST(test_no_cancellation_misses_a_wait);
     RUN_TEST(test_no_descriptor_left);
     return UNITY_END();
 }
