@@ -11,7 +11,7 @@ CFLAGS   ?= -O2 -g
 WARNINGS := -Wall -Wextra -Wpedantic -Wconversion -Wshadow
 ALL_CFLAGS = -std=c11 -D_POSIX_C_SOURCE=200809L -Isrc -I. -fPIC -pthread -ffp-contract=off \
              -ftree-vectorize $(WARNINGS) $(CFLAGS) $(EXTRA)
-PACKAGES := sqlite3 nettle libcjson
+PACKAGES := sqlite3 nettle libcjson libsystemd
 # Asked when a recipe runs, not when the Makefile is read: they may be installed by then.
 PKG_CFLAGS = $(shell pkg-config --cflags $(PACKAGES))
 PKG_LIBS   = $(shell pkg-config --libs $(PACKAGES))
@@ -20,6 +20,8 @@ core_c  := $(wildcard src/base/*.c src/optics/*.c src/colour/*.c src/match/*.c)
 db_c    := $(wildcard db/*.c)
 json_c  := $(wildcard src/json/*.c)
 station_c := $(wildcard src/station/*.c)
+# What a client needs as well: the protocol and the shapes that travel by it.
+wire_c  := $(patsubst %,src/station/%.c,protocol schema strict_json wire events)
 drivers_c := $(wildcard drivers/*.c drivers/*/*.c)
 cli_c   := $(wildcard src/cli/*.c)
 tests_c := $(wildcard tests/*/test_*.c)
@@ -32,6 +34,7 @@ core_o  := $(call objects,$(core_c))
 db_o    := $(call objects,$(db_c))
 json_o  := $(call objects,$(json_c))
 station_o := $(call objects,$(station_c)) $(BUILD)/obj/protocol_schema.o
+wire_o  := $(call objects,$(wire_c)) $(BUILD)/obj/protocol_schema.o
 drivers_o := $(call objects,$(drivers_c))
 cli_o   := $(call objects,$(cli_c))
 tests   := $(patsubst tests/%.c,$(BUILD)/tests/%,$(tests_c))
@@ -40,6 +43,7 @@ unity   := build/unity
 lib_a   := $(BUILD)/libskinspec.a
 lib_so  := $(BUILD)/libskinspec.so.0
 program := $(BUILD)/skinspec
+daemon  := $(BUILD)/skinspecd
 tables  := $(BUILD)/tables/table-two-layer.db $(BUILD)/tables/table-paper.db
 
 .PHONY: FORCE help all demo test test-fuzz asan cover lint format docs install clean \
@@ -50,7 +54,7 @@ tables  := $(BUILD)/tables/table-two-layer.db $(BUILD)/tables/table-paper.db
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
 
-all: $(program) $(lib_a) $(lib_so) ## the program and the library
+all: $(program) $(daemon) $(lib_a) $(lib_so) ## the programs and the library
 
 demo: $(program) $(tables) ## match the example spectra and show the answers
 	@$(program) demo --tables $(BUILD)/tables docs/examples/skin.csv
@@ -59,13 +63,14 @@ test: need-test all $(tests) $(tables) ## all tests
 	@BUILD=$(BUILD) tools/run-tests $(tests)
 
 FUZZ_SECONDS ?= 60
-test-fuzz: need-fuzz ## random lines against the protocol for FUZZ_SECONDS (60)
+fuzzed := protocol session
+test-fuzz: need-fuzz ## random lines and sessions against the station for FUZZ_SECONDS (60)
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/fuzz CC=clang CFLAGS='-O1 -g -fno-omit-frame-pointer' \
-	    EXTRA='-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all' $(BUILD)/fuzz/fuzz_protocol
-	@tools/protocol-docs --seeds $(BUILD)/fuzz/seeds --dictionary $(BUILD)/fuzz/protocol.dict
-	@mkdir -p $(BUILD)/fuzz/corpus
-	@cd $(BUILD)/fuzz && ./fuzz_protocol -max_total_time=$(FUZZ_SECONDS) -max_len=66000 -timeout=5 \
-	    -dict=protocol.dict -print_final_stats=1 corpus seeds
+	    EXTRA='-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all' \
+	    $(patsubst %,$(BUILD)/fuzz/fuzz_%,$(fuzzed))
+	@tools/protocol-docs --seeds $(BUILD)/fuzz/seeds-protocol --sessions $(BUILD)/fuzz/seeds-session \
+	    --dictionary $(BUILD)/fuzz/protocol.dict
+	@tools/run-fuzzers $(BUILD)/fuzz $(FUZZ_SECONDS) $(fuzzed)
 
 asan: ## all tests under AddressSanitizer and UndefinedBehaviorSanitizer
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan CFLAGS='-O1 -g -fno-omit-frame-pointer' \
@@ -94,7 +99,7 @@ docs: ## docs/protocol.md from the protocol's description
 install: all ## program, library, headers and examples below DESTDIR/PREFIX
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig \
 	    $(DESTDIR)$(PREFIX)/share/skinspec/examples $(DESTDIR)$(PREFIX)/include/skinspec
-	install $(program) $(DESTDIR)$(PREFIX)/bin
+	install $(program) $(daemon) $(DESTDIR)$(PREFIX)/bin
 	install -m 644 $(lib_a) $(DESTDIR)$(PREFIX)/lib
 	install $(lib_so) $(DESTDIR)$(PREFIX)/lib
 	ln -sf libskinspec.so.0 $(DESTDIR)$(PREFIX)/lib/libskinspec.so
@@ -112,7 +117,8 @@ clean: ## remove what was built
 
 need-build:
 	@tools/need cmd:cc=gcc cmd:pkg-config=pkg-config file:/usr/include/argp.h=libc6-dev \
-	    lib:sqlite3=libsqlite3-dev lib:nettle=nettle-dev lib:libcjson=libcjson-dev
+	    lib:sqlite3=libsqlite3-dev lib:nettle=nettle-dev lib:libcjson=libcjson-dev \
+	    lib:libsystemd=libsystemd-dev
 
 need-test: need-build $(unity)/unity.c
 	@tools/need cmd:python3=python3
@@ -170,17 +176,23 @@ $(lib_so): $(core_o) src/libskinspec.map
 	    -Wl,--version-script=src/libskinspec.map $(core_o) -o $@ -lm
 	@ln -sf $(@F) $(BUILD)/libskinspec.so
 
-$(program): $(cli_o) $(json_o) $(db_o) $(lib_a)
+$(program): $(cli_o) $(wire_o) $(json_o) $(db_o) $(lib_a)
 	@echo "  LD $@"
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
 
-# A test may use everything but the main program.
+$(daemon): $(station_o) $(json_o) $(db_o) $(drivers_o) $(lib_a)
+	@echo "  LD $@"
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
+
+# A test may use everything but the main programs.
+not_main = $(filter-out %/main.o,$(1))
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(call objects,$(support_c)) $(BUILD)/obj/unity.o \
-        $(filter-out $(BUILD)/obj/src/cli/main.o,$(cli_o)) $(json_o) $(station_o) $(db_o) $(drivers_o) $(lib_a)
+        $(call not_main,$(cli_o) $(station_o)) $(json_o) $(db_o) $(drivers_o) $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
 
-$(BUILD)/fuzz_%: $(BUILD)/obj/tests/fuzz/fuzz_%.o $(station_o) $(json_o) $(lib_a)
+$(BUILD)/fuzz_%: $(BUILD)/obj/tests/fuzz/fuzz_%.o $(BUILD)/obj/tests/support/table_files.o \
+        $(call not_main,$(station_o)) $(json_o) $(db_o) $(drivers_o) $(lib_a)
 	@$(CC) $(ALL_CFLAGS) -fsanitize=fuzzer $^ -o $@ $(PKG_LIBS) -lm
 
 # What rows are made by: a change there makes the tables anew.

@@ -28,12 +28,16 @@ void connection_done(struct connection *c)
     *c = (struct connection){ .fd = -1 };
 }
 
-/* Hand out the complete lines of the buffer and keep the rest. */
-static enum status hand_out(struct connection *c, connection_line *on_line, void *context)
+/* Hand out complete lines of the buffer, at most max, and keep the rest. */
+static enum status hand_out(struct connection *c, size_t max, connection_line *on_line,
+                            void *context)
 {
     enum status s = STATUS_OK;
-    char *from = c->in, *end = c->in + c->in_used, *feed;
-    while (s == STATUS_OK && (feed = memchr(from, '\n', (size_t)(end - from))) != NULL) {
+    char *from = c->in, *end = c->in + c->in_used, *feed = NULL;
+    for (; s == STATUS_OK; max--) {
+        feed = memchr(from, '\n', (size_t)(end - from));
+        if (feed == NULL || max == 0)
+            break;
         size_t length = (size_t)(feed - from);
         if (length > 0 && from[length - 1] == '\r')
             length--;
@@ -43,21 +47,25 @@ static enum status hand_out(struct connection *c, connection_line *on_line, void
             s = STATUS_CANCELLED;
     }
     c->in_used = (size_t)(end - from);
+    c->has_line = feed != NULL && s == STATUS_OK;
     memmove(c->in, from, c->in_used);
-    if (s == STATUS_OK && c->in_used > CONNECTION_LINE_MAX)
+    if (s == STATUS_OK && !c->has_line && c->in_used > CONNECTION_LINE_MAX)
         s = STATUS_RANGE;
     return s;
 }
 
-enum status connection_read(struct connection *c, connection_line *on_line, void *context)
+enum status connection_read(struct connection *c, size_t max_lines, connection_line *on_line,
+                            void *context)
 {
-    ssize_t n = recv(c->fd, c->in + c->in_used, IN_CAPACITY - c->in_used, MSG_DONTWAIT);
-    if (n == 0)
-        return STATUS_NOT_FOUND;
-    if (n < 0)
-        return errno == EAGAIN || errno == EINTR ? STATUS_OK : STATUS_IO;
-    c->in_used += (size_t)n;
-    return hand_out(c, on_line, context);
+    if (!c->has_line) {
+        ssize_t n = recv(c->fd, c->in + c->in_used, IN_CAPACITY - c->in_used, MSG_DONTWAIT);
+        if (n == 0)
+            return STATUS_NOT_FOUND;
+        if (n < 0)
+            return errno == EAGAIN || errno == EINTR ? STATUS_OK : STATUS_IO;
+        c->in_used += (size_t)n;
+    }
+    return hand_out(c, max_lines, on_line, context);
 }
 
 size_t connection_unsent(const struct connection *c)

@@ -21,6 +21,7 @@ struct connection {
     int fd; /* owned: closed by connection_done() */
     char *in;
     size_t in_used;
+    bool has_line; /* a complete line waits in the buffer: read again before polling */
     char *out;
     size_t out_begin, out_end, out_capacity; /* unsent: out[out_begin .. out_end) */
     int64_t unsent_since_ms;                 /* when the oldest unsent byte was put there */
@@ -35,11 +36,13 @@ void connection_done(struct connection *c); /* takes a zeroed one with fd -1 */
  * (the connection was or will be dropped). */
 typedef bool connection_line(void *context, char *line, size_t length);
 
-/* Read what is there once, a bounded amount so that no client holds the loop, and
- * hand out the complete lines.  STATUS_OK; STATUS_NOT_FOUND: the client has closed
- * (a last line without LF is dropped); STATUS_RANGE: a line is too long, answer and
- * close; STATUS_CANCELLED: the callback stopped; STATUS_IO. */
-enum status connection_read(struct connection *c, connection_line *on_line, void *context);
+/* Read what is there once, a bounded amount, and hand out complete lines, at most max_lines
+ * of them (1 or more), so that no client holds the loop; what is left waits (has_line).
+ * STATUS_OK; STATUS_NOT_FOUND: the client has closed (a last line without LF is dropped);
+ * STATUS_RANGE: a line is too long, answer and close; STATUS_CANCELLED: the
+ * callback stopped; STATUS_IO. */
+enum status connection_read(struct connection *c, size_t max_lines, connection_line *on_line,
+                            void *context);
 
 /* Queue a line (LF is added) and send what the socket takes.  STATUS_OK even where
  * some remains; STATUS_RANGE: too much is unsent, drop this client; STATUS_IO: it is

@@ -54,6 +54,11 @@ enum status events_add(struct events *events, enum event_topic topic, const char
     return STATUS_OK;
 }
 
+const struct event *events_last(const struct events *events)
+{
+    return &events->kept[events->last_seq % EVENTS_KEPT];
+}
+
 bool events_since(const struct events *events, int64_t since_seq, unsigned topics,
                   event_visit *visit, void *context)
 {

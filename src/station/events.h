@@ -48,6 +48,9 @@ void events_done(struct events *events);
 enum status events_add(struct events *events, enum event_topic topic, const char *type,
                        const char *data, int64_t *ret);
 
+/* The newest; there is one. */
+const struct event *events_last(const struct events *events);
+
 /* Those after since_seq on the topics of the mask (1 << topic), oldest first.  True
  * where some between since_seq and the oldest kept one are gone, whatever their
  * topic, or where since_seq was never given out (another boot's). */

@@ -3,9 +3,9 @@
 
 #include <string.h>
 
-void lease_init(struct lease *lease, int64_t fence)
+void lease_init(struct lease *lease, int64_t *counter)
 {
-    *lease = (struct lease){ .fence = fence };
+    *lease = (struct lease){ .counter = counter };
 }
 
 static bool ttl_is_good(int64_t ttl_ms)
@@ -18,7 +18,7 @@ static void grant(struct lease *lease, uint64_t client, int64_t ttl_ms, int64_t 
     lease->holder = client;
     lease->ttl_ms = ttl_ms;
     lease->expires_ms = now_ms + ttl_ms;
-    lease->fence++;
+    lease->fence = ++*lease->counter;
 }
 
 static void drop_waiter(struct lease *lease, size_t place)

@@ -24,13 +24,15 @@ struct lease_waiter {
 struct lease {
     uint64_t holder; /* 0: free */
     int64_t ttl_ms, expires_ms;
-    int64_t fence; /* of the present or the last holder; 0 before the first */
+    int64_t fence;    /* of the present or the last holder; 0 before the first */
+    int64_t *counter; /* the last fence given out, of all leases that share it */
     struct lease_waiter queue[LEASE_QUEUE_MAX];
     size_t waiting;
 };
 
-/* fence: the highest that is on record, so that it grows across restarts. */
-void lease_init(struct lease *lease, int64_t fence);
+/* counter: the caller's, for all its leases; it starts at the highest fence on record, so
+ * that fences grow across restarts. */
+void lease_init(struct lease *lease, int64_t *counter);
 
 enum lease_outcome {
     LEASE_GRANTED,

@@ -81,7 +81,7 @@ static void test_lines(void)
         tearDown();
         setUp();
         say(row->bytes, row->n);
-        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, connection_read(&c, hear, &heard), row->what);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, connection_read(&c, 1000, hear, &heard), row->what);
         TEST_ASSERT_EQUAL_STRING_MESSAGE(row->lines, heard.text, row->what);
     }
 }
@@ -95,9 +95,9 @@ static void test_split_anywhere(void)
         tearDown();
         setUp();
         say(text, at);
-        TEST_ASSERT_EQUAL_INT(STATUS_OK, connection_read(&c, hear, &heard));
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, connection_read(&c, 1000, hear, &heard));
         say(text + at, sizeof text - 1 - at);
-        TEST_ASSERT_EQUAL_INT(STATUS_OK, connection_read(&c, hear, &heard));
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, connection_read(&c, 1000, hear, &heard));
         TEST_ASSERT_EQUAL_STRING("first|second||last|", heard.text);
     }
 }
@@ -105,7 +105,7 @@ static void test_split_anywhere(void)
 static void test_nothing_there_is_no_error(void)
 {
     struct heard heard = { { 0 }, 0, 0, 0 };
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, connection_read(&c, hear, &heard));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, connection_read(&c, 1000, hear, &heard));
     TEST_ASSERT_EQUAL_size_t(0, heard.lines);
 }
 
@@ -114,7 +114,7 @@ static enum status read_all(struct heard *heard, size_t bytes)
 {
     enum status s = STATUS_OK;
     for (size_t rounds = 0; rounds < bytes / 1024 + 16 && s == STATUS_OK; rounds++)
-        s = connection_read(&c, hear, heard);
+        s = connection_read(&c, 1000, hear, heard);
     return s;
 }
 
@@ -140,7 +140,7 @@ static void test_callback_stops(void)
 {
     struct heard heard = { { 0 }, 0, 0, 2 };
     say("a\nb\nc\n", 6);
-    TEST_ASSERT_EQUAL_INT(STATUS_CANCELLED, connection_read(&c, hear, &heard));
+    TEST_ASSERT_EQUAL_INT(STATUS_CANCELLED, connection_read(&c, 1000, hear, &heard));
     TEST_ASSERT_EQUAL_STRING("a|b|", heard.text);
 }
 
@@ -150,8 +150,8 @@ static void test_client_leaves(void)
     say("whole\npart", 10);
     close(client);
     client = -1;
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, connection_read(&c, hear, &heard));
-    TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, connection_read(&c, hear, &heard));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, connection_read(&c, 1000, hear, &heard));
+    TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, connection_read(&c, 1000, hear, &heard));
     TEST_ASSERT_EQUAL_STRING("whole|", heard.text);
     TEST_ASSERT_EQUAL_INT(STATUS_IO, connection_send(&c, "x", 1, 0)); /* and no SIGPIPE */
 }

@@ -29,6 +29,8 @@ static void add_to(int64_t last)
         TEST_ASSERT_EQUAL_INT(STATUS_OK, events_add(&events, (enum event_topic)(n % EVENT_TOPICS),
                                                     "type", data, &seq));
         TEST_ASSERT_EQUAL_INT64(n, seq);
+        TEST_ASSERT_EQUAL_INT64(n, events_last(&events)->seq);
+        TEST_ASSERT_EQUAL_STRING(data, events_last(&events)->data);
     }
 }
 

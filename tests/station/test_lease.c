@@ -4,10 +4,12 @@
 #include "unity.h"
 
 static struct lease lease;
+static int64_t counter;
 
 void setUp(void)
 {
-    lease_init(&lease, 41);
+    counter = 41;
+    lease_init(&lease, &counter);
 }
 
 void tearDown(void)
@@ -42,6 +44,26 @@ static void test_grant_release_grant(void)
     TEST_ASSERT_TRUE(lease_leave(&lease, 1));
     TEST_ASSERT_EQUAL_INT(LEASE_GRANTED, acquire(2, false, 300, &place));
     TEST_ASSERT_EQUAL_INT64(43, lease.fence);
+}
+
+/* Two instruments: no number comes twice, and who asks in vain changes no number. */
+static void test_leases_share_a_counter(void)
+{
+    struct lease other;
+    enum lease_outcome outcome;
+    size_t place = 0;
+    uint64_t lost, won;
+    lease_init(&other, &counter);
+    TEST_ASSERT_EQUAL_INT(LEASE_GRANTED, acquire(1, false, 0, &place));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, lease_acquire(&other, 3, 5000, false, 0, &outcome, &place));
+    TEST_ASSERT_EQUAL_INT64(43, other.fence);
+    TEST_ASSERT_EQUAL_INT(LEASE_HELD, acquire(2, false, 10, &place));
+    TEST_ASSERT_EQUAL_INT(LEASE_QUEUED, acquire(2, true, 10, &place));
+    TEST_ASSERT_EQUAL_INT64(42, lease.fence);
+    TEST_ASSERT_TRUE(lease_leave(&lease, 1));
+    lease_tick(&lease, 20, &lost, &won);
+    TEST_ASSERT_EQUAL_UINT64(2, won);
+    TEST_ASSERT_EQUAL_INT64(44, lease.fence);
 }
 
 static void test_asking_again_renews(void)
@@ -138,6 +160,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_grant_release_grant);
+    RUN_TEST(test_leases_share_a_counter);
     RUN_TEST(test_asking_again_renews);
     RUN_TEST(test_queue_is_first_come_first_served);
     RUN_TEST(test_a_full_queue);

@@ -1,0 +1,385 @@
+/* bench.c - what the thread of an instrument tells, and how the instrument stands. */
+#include "station/bench.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/log.h"
+#include "drivers/registry.h"
+#include "station/run.h"
+#include "station/serve.h"
+
+enum { STOP_PATIENCE_MS = 1000 };
+
+/* ---- calibration -------------------------------------------------------------------------- */
+
+struct calibration_state bench_calibration(const struct bench *bench)
+{
+    int64_t max_age_ms = (int64_t)(bench->station->settings->calibration_hours * 3600e3);
+    struct calibration_now now = {
+        .boot_id = bench->station->machine_boot,
+        .boottime_ms = station_now_ms(),
+        .connection = bench->connection,
+        .aperture_mm = bench->identity.aperture_mm[bench->setup.aperture],
+    };
+    for (size_t i = 0; i < CALIBRATION_STEPS; i++) {
+        now.max_age_ms[i] = max_age_ms;
+        now.instrument_asks[i] = bench->status.due[i];
+    }
+    return calibration_judge(bench->made, &now);
+}
+
+/* Where the instrument does not ask for the step itself. */
+static const char *place_text(const struct bench *bench, size_t step)
+{
+    if (bench->status.place[step][0] != '\0')
+        return bench->status.place[step];
+    return step == DRIVER_CALIBRATION_ZERO ? "hold the port into the open air, or on the zero box"
+                                           : "place the port on the white tile";
+}
+
+static cJSON *step_json(const struct bench *bench, const struct calibration_state *state, size_t i)
+{
+    cJSON *step = cJSON_CreateObject();
+    bool due = state->due[i] != CALIBRATION_GOOD;
+    cJSON_AddStringToObject(step, "step", driver_calibration_name((enum driver_calibration)i));
+    cJSON_AddBoolToObject(step, "due", due);
+    if (due) {
+        cJSON_AddStringToObject(step, "place", place_text(bench, i));
+        cJSON_AddStringToObject(step, "cause", calibration_due_name(state->due[i]));
+    }
+    if (bench->made[i].made) {
+        cJSON_AddStringToObject(step, "calibration_id", bench->calibration_id[i]);
+        cJSON_AddStringToObject(step, "taken_at", bench->calibrated_at[i]);
+    }
+    if (state->age_ms[i] >= 0)
+        cJSON_AddNumberToObject(step, "age_s", (double)state->age_ms[i] / 1e3);
+    if (!due && state->expires_in_ms[i] >= 0)
+        cJSON_AddNumberToObject(step, "expires_in_s", (double)state->expires_in_ms[i] / 1e3);
+    return step;
+}
+
+cJSON *bench_calibration_json(const struct bench *bench)
+{
+    struct calibration_state state = bench_calibration(bench);
+    cJSON *steps = cJSON_CreateArray();
+    for (size_t i = 0; i < CALIBRATION_STEPS; i++)
+        cJSON_AddItemToArray(steps, step_json(bench, &state, i));
+    return steps;
+}
+
+/* ---- how it stands --------------------------------------------------------------------------- */
+
+static const char *state_name(const struct bench *bench)
+{
+    if (!bench->open && bench->error.text[0] == '\0')
+        return "opening";
+    if (!bench->open)
+        return bench->error.result == DRIVER_GONE ? "gone" : "failed";
+    if (bench->run != NULL || bench->at_work)
+        return "measuring";
+    return bench_calibration(bench).good ? "ready" : "calibration_due";
+}
+
+static void add_known_text(cJSON *object, const char *name, const char *text)
+{
+    if (*text != '\0')
+        cJSON_AddStringToObject(object, name, text);
+}
+
+static void add_identity(cJSON *object, const struct bench *bench)
+{
+    const struct driver_identity *is = &bench->identity;
+    cJSON_AddStringToObject(object, "maker", is->maker);
+    cJSON_AddStringToObject(object, "model", is->model);
+    add_known_text(object, "serial", is->serial);
+    add_known_text(object, "firmware", is->firmware);
+    add_known_text(object, "white_tile", is->white_tile);
+    cJSON_AddStringToObject(object, "geometry", driver_geometry_name(is->geometry));
+    cJSON *speculars = cJSON_AddArrayToObject(object, "speculars");
+    if (is->has_sce)
+        cJSON_AddItemToArray(speculars, cJSON_CreateString("sce"));
+    if (is->has_sci)
+        cJSON_AddItemToArray(speculars, cJSON_CreateString("sci"));
+    cJSON_AddBoolToObject(object, "has_button", is->has_button);
+}
+
+static void add_setup(cJSON *object, const struct bench *bench)
+{
+    const struct driver_identity *is = &bench->identity;
+    cJSON *grids = cJSON_AddArrayToObject(object, "grids");
+    for (size_t i = 0; i < is->grids; i++) {
+        cJSON *grid = cJSON_CreateObject();
+        cJSON_AddNumberToObject(grid, "first_nm", is->grid[i].first_nm);
+        cJSON_AddNumberToObject(grid, "step_nm", is->grid[i].step_nm);
+        cJSON_AddNumberToObject(grid, "bands", (double)is->grid[i].n);
+        cJSON_AddItemToArray(grids, grid);
+    }
+    cJSON_AddNumberToObject(object, "grid", (double)bench->setup.grid);
+    cJSON_AddItemToObject(object, "apertures_mm",
+                          cJSON_CreateDoubleArray(is->aperture_mm, (int)is->apertures));
+    cJSON_AddNumberToObject(object, "aperture_mm", is->aperture_mm[bench->setup.aperture]);
+}
+
+static void add_status(cJSON *object, const struct bench *bench)
+{
+    if (bench->status.battery_percent >= 0)
+        cJSON_AddNumberToObject(object, "battery_percent", bench->status.battery_percent);
+    cJSON_AddBoolToObject(object, "charging", bench->status.charging);
+    if (isfinite(bench->status.temperature_C))
+        cJSON_AddNumberToObject(object, "temperature_C", bench->status.temperature_C);
+}
+
+static void add_lease(cJSON *object, const struct bench *bench)
+{
+    int64_t left = bench->lease.expires_ms - station_now_ms();
+    cJSON_AddBoolToObject(object, "leased", bench->lease.holder != 0);
+    if (bench->lease.holder != 0)
+        cJSON_AddNumberToObject(object, "lease_expires_in_ms", left > 0 ? (double)left : 0.0);
+    cJSON_AddNumberToObject(object, "queue", (double)bench->lease.waiting);
+}
+
+cJSON *bench_json(struct bench *bench)
+{
+    cJSON *object = cJSON_CreateObject();
+    cJSON_AddStringToObject(object, "instrument", bench->name);
+    cJSON_AddStringToObject(object, "driver", bench->driver->name);
+    cJSON_AddStringToObject(object, "state", state_name(bench));
+    if (!bench->open)
+        add_known_text(object, "error", bench->error.text);
+    if (bench->known) {
+        add_identity(object, bench);
+        add_setup(object, bench);
+        cJSON_AddItemToObject(object, "calibration", bench_calibration_json(bench));
+    }
+    if (bench->open)
+        add_status(object, bench);
+    add_lease(object, bench);
+    return object;
+}
+
+cJSON *bench_list_json(struct station *station)
+{
+    cJSON *list = cJSON_CreateArray();
+    for (size_t i = 0; i < station->benches_n; i++)
+        cJSON_AddItemToArray(list, bench_json(station->benches[i]));
+    return list;
+}
+
+struct spectrum bench_bands(const struct bench *bench)
+{
+    const struct driver_grid *grid = &bench->identity.grid[bench->setup.grid];
+    return (struct spectrum){ .first_nm = grid->first_nm,
+                              .step_nm = grid->step_nm,
+                              .n = grid->n,
+                              .aperture_mm = bench->identity.aperture_mm[bench->setup.aperture] };
+}
+
+struct store_instrument bench_instrument(const struct bench *bench)
+{
+    struct store_instrument instrument;
+    const struct driver_identity *is = &bench->identity;
+    snprintf(instrument.driver, sizeof instrument.driver, "%s", bench->driver->name);
+    snprintf(instrument.maker, sizeof instrument.maker, "%s", is->maker);
+    snprintf(instrument.model, sizeof instrument.model, "%s", is->model);
+    snprintf(instrument.serial, sizeof instrument.serial, "%s", is->serial);
+    snprintf(instrument.firmware, sizeof instrument.firmware, "%s", is->firmware);
+    return instrument;
+}
+
+/* ---- refusals -----------------------------------------------------------------------------------
+ */
+
+struct refusal bench_refusal(const struct driver_error *error)
+{
+    static const enum reason reasons[] = {
+        [DRIVER_OK] = REASON_INTERNAL,
+        [DRIVER_CANCELLED] = REASON_MEASUREMENT_CANCELLED,
+        [DRIVER_TIMEOUT] = REASON_INSTRUMENT_TIMEOUT,
+        [DRIVER_GONE] = REASON_INSTRUMENT_GONE,
+        [DRIVER_BUSY] = REASON_INSTRUMENT_BUSY,
+        [DRIVER_REFUSED] = REASON_INSTRUMENT_REFUSED,
+        [DRIVER_IMPLAUSIBLE] = REASON_MEASUREMENT_FAILED,
+        [DRIVER_PROTOCOL] = REASON_INSTRUMENT_PROTOCOL,
+        [DRIVER_BATTERY] = REASON_INSTRUMENT_BATTERY,
+        [DRIVER_FAULT] = REASON_INSTRUMENT_FAULT,
+        [DRIVER_UNSUPPORTED] = REASON_INSTRUMENT_UNSUPPORTED,
+        [DRIVER_NO_PERMISSION] = REASON_INSTRUMENT_NO_PERMISSION,
+    };
+    struct refusal refusal;
+    refusal_set(&refusal, reasons[error->result], "%s", error->text);
+    snprintf(refusal.device_code, sizeof refusal.device_code, "%s", error->code);
+    return refusal;
+}
+
+bool bench_is_free(const struct bench *bench, struct refusal *refusal)
+{
+    if (!bench->open && bench->error.text[0] != '\0') {
+        *refusal = bench_refusal(&bench->error);
+        return false;
+    }
+    if (!bench->open) {
+        refusal_set(refusal, REASON_INSTRUMENT_GONE, "it is still being opened");
+        return false;
+    }
+    if (bench->run != NULL || bench->at_work) {
+        refusal_set(refusal, REASON_MEASUREMENT_RUNNING, NULL);
+        return false;
+    }
+    return true;
+}
+
+bool bench_is_ending(const struct bench *bench)
+{
+    return bench->run != NULL && bench->run->ended;
+}
+
+/* ---- events
+ * ---------------------------------------------------------------------------------------- */
+
+static cJSON *named(const struct bench *bench)
+{
+    cJSON *data = cJSON_CreateObject();
+    cJSON_AddStringToObject(data, "instrument", bench->name);
+    return data;
+}
+
+static void tell_due(struct bench *bench)
+{
+    struct calibration_state state = bench_calibration(bench);
+    for (size_t i = 0; i < CALIBRATION_STEPS; i++) {
+        bool due = state.due[i] != CALIBRATION_GOOD;
+        if (due && !bench->was_due[i]) {
+            cJSON *data = named(bench);
+            cJSON_AddItemToObject(data, "calibration", step_json(bench, &state, i));
+            station_tell(bench->station, EVENT_CALIBRATION, "due", data);
+        }
+        bench->was_due[i] = due;
+    }
+}
+
+void bench_tell_changes(struct bench *bench)
+{
+    const char *state = state_name(bench);
+    if (bench->open)
+        tell_due(bench);
+    if (bench->told_state == state) /* a constant each */
+        return;
+    bench->told_state = state;
+    cJSON *data = named(bench);
+    cJSON_AddStringToObject(data, "state", state);
+    station_tell(bench->station, EVENT_INSTRUMENT, "state", data);
+}
+
+static void opened(void *context, const struct driver_identity *identity,
+                   const struct driver_status *status, uint64_t connection)
+{
+    struct bench *bench = context;
+    log_info("station: instrument '%s' is there: %s %s, serial number '%s'", bench->name,
+             identity->maker, identity->model, identity->serial);
+    bench->known = bench->open = true;
+    bench->identity = *identity;
+    bench->status = *status;
+    bench->connection = connection;
+    bench->error = (struct driver_error){ .result = DRIVER_OK };
+    if (bench->station->store.told)
+        bench_recall(bench);
+    station_tell(bench->station, EVENT_INSTRUMENT, "connected", bench_json(bench));
+    bench_tell_changes(bench);
+}
+
+static void lost(void *context, const struct driver_error *error)
+{
+    struct bench *bench = context;
+    log_warning("station: instrument '%s': %s", bench->name, error->text);
+    bench->open = false;
+    bench->error = *error;
+    memset(bench->was_due, 0, sizeof bench->was_due); /* told again when it is back */
+    cJSON *data = named(bench);
+    cJSON_AddStringToObject(data, "error", error->text);
+    station_tell(bench->station, EVENT_INSTRUMENT, "gone", data);
+    run_lost(bench, error);
+    bench_tell_changes(bench);
+}
+
+static void pressed(void *context)
+{
+    struct bench *bench = context;
+    station_tell(bench->station, EVENT_INSTRUMENT, "button", named(bench));
+}
+
+static void status_changed(void *context, const struct driver_status *status)
+{
+    struct bench *bench = context;
+    bench->status = *status;
+    bench_tell_changes(bench);
+}
+
+/* ---- opening
+ * --------------------------------------------------------------------------------------- */
+
+/* "simulated", and "simulated-2" for the second of a kind. */
+static void make_name(const struct station *station, const struct driver *driver,
+                      char name[sizeof((struct bench *)0)->name])
+{
+    size_t same = 0;
+    for (size_t i = 0; i < station->benches_n; i++)
+        same += station->benches[i]->driver == driver;
+    if (same == 0)
+        snprintf(name, sizeof((struct bench *)0)->name, "%s", driver->name);
+    else
+        snprintf(name, sizeof((struct bench *)0)->name, "%s-%zu", driver->name, same + 1);
+}
+
+enum status bench_open(struct station *station, const char *text, struct bench **ret)
+{
+    const char *colon = strchr(text, ':');
+    char driver[64];
+    struct bench *bench = calloc(1, sizeof *bench);
+    if (bench == NULL)
+        return STATUS_NO_MEMORY;
+    snprintf(driver, sizeof driver, "%.*s", (int)strcspn(text, ":"), text);
+    bench->station = station;
+    bench->driver = driver_find(driver); /* the settings know that there is one */
+    bench->told_state = state_name(bench);
+    make_name(station, bench->driver, bench->name);
+    bench_lease_init(bench);
+    struct driver_options options = { .address = colon != NULL ? colon + 1 : NULL };
+    const struct unit_events events = { .opened = opened,
+                                        .lost = lost,
+                                        .button = pressed,
+                                        .status = status_changed,
+                                        .context = bench };
+    enum status s = unit_open(bench->driver, &options, &station->inbox, &events, &bench->unit);
+    if (s != STATUS_OK) {
+        log_error("station: cannot start the thread of instrument '%s'", bench->name);
+        free(bench);
+        return s;
+    }
+    *ret = bench;
+    return STATUS_OK;
+}
+
+bool bench_stop(struct bench *bench)
+{
+    if (unit_close(bench->unit, STOP_PATIENCE_MS))
+        return true;
+    log_warning("station: instrument '%s' does not answer; left behind", bench->name);
+    return false;
+}
+
+void bench_close(struct bench *bench)
+{
+    sd_event_source_disable_unref(bench->lease_timer);
+    free(bench);
+}
+
+struct bench *bench_find(struct station *station, const char *name)
+{
+    for (size_t i = 0; i < station->benches_n; i++)
+        if (strcmp(station->benches[i]->name, name) == 0)
+            return station->benches[i];
+    return NULL;
+}

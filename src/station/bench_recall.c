@@ -1,0 +1,57 @@
+/* bench_recall.c - calibrations of earlier runs of the station, from the store: they are due
+ * (the instrument was connected again since), but when they were made is worth knowing. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "station/bench.h"
+
+struct recall {
+    struct job job;
+    struct bench *bench;
+    struct store_instrument instrument;
+    struct store_calibration last[CALIBRATION_STEPS];
+    bool found[CALIBRATION_STEPS];
+};
+
+static void look_up(struct job *job, void *thread)
+{
+    struct recall *recall = (struct recall *)job;
+    struct store_reader *reader;
+    if (worker_reader(thread, &reader) != STATUS_OK)
+        return; /* none is known, which is as due */
+    for (size_t i = 0; i < CALIBRATION_STEPS; i++)
+        recall->found[i] =
+            store_last_calibration(reader, &recall->instrument,
+                                   driver_calibration_name((enum driver_calibration)i),
+                                   &recall->last[i]) == STATUS_OK;
+}
+
+static void looked_up(struct job *job)
+{
+    struct recall *recall = (struct recall *)job;
+    struct bench *bench = recall->bench;
+    for (size_t i = 0; i < CALIBRATION_STEPS; i++) {
+        const struct store_calibration *last = &recall->last[i];
+        if (!recall->found[i] || bench->made[i].made)
+            continue;
+        bench->made[i] = (struct calibration_made){ .made = true,
+                                                    .boottime_ms = last->boottime_ms,
+                                                    .aperture_mm = last->aperture_mm };
+        memcpy(bench->made[i].boot_id, last->boot_id, sizeof bench->made[i].boot_id);
+        memcpy(bench->calibration_id[i], last->id, sizeof last->id);
+        memcpy(bench->calibrated_at[i], last->taken_at, sizeof last->taken_at);
+    }
+    free(recall);
+}
+
+void bench_recall(struct bench *bench)
+{
+    struct recall *recall = bench->known ? calloc(1, sizeof *recall) : NULL;
+    if (recall == NULL)
+        return;
+    recall->job.run = look_up;
+    recall->job.done = looked_up;
+    recall->bench = bench;
+    recall->instrument = bench_instrument(bench);
+    worker_ask(bench->station->reader, &recall->job);
+}

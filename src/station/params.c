@@ -1,0 +1,122 @@
+/* params.c - look-ups by exact name. */
+#include "station/params.h"
+
+#include <nettle/base16.h>
+#include <nettle/sha2.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "json/print.h"
+#include "station/strict_json.h"
+
+const char *params_text(const struct request *request, const char *name)
+{
+    return cJSON_GetStringValue(strict_json_member(request->params, name));
+}
+
+double params_number(const struct request *request, const char *name, double absent)
+{
+    const cJSON *value = strict_json_member(request->params, name);
+    return value != NULL ? value->valuedouble : absent;
+}
+
+int64_t params_integer(const struct request *request, const char *name, int64_t absent)
+{
+    const cJSON *value = strict_json_member(request->params, name);
+    return value != NULL ? (int64_t)value->valuedouble : absent;
+}
+
+bool params_is_true(const struct request *request, const char *name)
+{
+    return cJSON_IsTrue(strict_json_member(request->params, name));
+}
+
+bool params_has(const struct request *request, const char *name)
+{
+    return strict_json_member(request->params, name) != NULL;
+}
+
+void params_copy(const struct request *request, const char *name, char *into, size_t size)
+{
+    const char *text = params_text(request, name);
+    snprintf(into, size, "%s", text != NULL ? text : "");
+}
+
+void params_lower_uuids(struct request *request)
+{
+    static const char *const names[] = { "uuid", "id", "subject", "corrects", "after" };
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        const cJSON *value = strict_json_member(request->params, names[i]);
+        char *text = value != NULL ? value->valuestring : NULL; /* the request's own */
+        for (; text != NULL && *text != '\0'; text++)
+            if (*text >= 'A' && *text <= 'F')
+                *text = (char)(*text - 'A' + 'a');
+    }
+}
+
+enum specular params_specular(const struct request *request)
+{
+    enum specular specular = SPECULAR_UNKNOWN;
+    (void)specular_parse(params_text(request, "specular"), &specular);
+    return specular;
+}
+
+bool params_by(const struct request *request, enum match_by *ret)
+{
+    const char *text = params_text(request, "by");
+    for (int by = MATCH_RGB; text != NULL && by <= MATCH_SPECTRUM; by++) {
+        if (strcmp(match_by_name((enum match_by)by), text) != 0)
+            continue;
+        *ret = (enum match_by)by;
+        return true;
+    }
+    return false;
+}
+
+/* ---- what is asked ----------------------------------------------------------------------- */
+
+static int compare_names(const void *left, const void *right)
+{
+    const cJSON *const *x = left, *const *y = right;
+    return strcmp((*x)->string, (*y)->string);
+}
+
+static enum status hash_member(struct sha256_ctx *hash, const cJSON *member)
+{
+    char *text;
+    size_t n;
+    enum status s = json_print(member, PROTOCOL_MAX_LINE, &text, &n);
+    if (s != STATUS_OK)
+        return s;
+    sha256_update(hash, strlen(member->string) + 1, (const uint8_t *)member->string);
+    sha256_update(hash, n + 1, (const uint8_t *)text);
+    free(text);
+    return STATUS_OK;
+}
+
+enum status params_sha256(const struct request *request, char hex[65])
+{
+    const cJSON *sorted[STRICT_JSON_MAX_MEMBERS], *member;
+    uint8_t digest[SHA256_DIGEST_SIZE];
+    struct sha256_ctx hash;
+    enum status s = STATUS_OK;
+    size_t n = 0;
+    cJSON_ArrayForEach(member, request->params)
+    {
+        if (strcmp(member->string, "lease") != 0 && strcmp(member->string, "uuid") != 0)
+            sorted[n++] = member;
+    }
+    qsort(sorted, n, sizeof *sorted, compare_names);
+    sha256_init(&hash);
+    const char *method = method_name(request->method);
+    sha256_update(&hash, strlen(method) + 1, (const uint8_t *)method);
+    for (size_t i = 0; i < n && s == STATUS_OK; i++)
+        s = hash_member(&hash, sorted[i]);
+    if (s != STATUS_OK)
+        return s;
+    sha256_digest(&hash, sizeof digest, digest);
+    base16_encode_update(hex, sizeof digest, digest);
+    hex[64] = '\0';
+    return STATUS_OK;
+}

@@ -1,0 +1,451 @@
+/* run.c - shots, the match, the record: one step after the other, each told by events. */
+#include "station/run.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/log.h"
+#include "station/params.h"
+#include "station/reading.h"
+#include "station/wire.h"
+
+enum { WAIT_MS = 600000 }; /* then asked again */
+
+static void shoot(struct run *run);
+static void match(struct run *run);
+
+/* ---- its end ----------------------------------------------------------------------------- */
+
+static cJSON *about(const struct run *run, bool with_instrument)
+{
+    cJSON *data = cJSON_CreateObject();
+    if (with_instrument)
+        cJSON_AddStringToObject(data, "instrument", run->bench->name);
+    cJSON_AddStringToObject(data, "uuid", run->record->uuid);
+    return data;
+}
+
+static void run_free(struct run *run)
+{
+    struct bench *bench = run->bench;
+    bench->run = NULL;
+    measuring_done(&run->measuring);
+    station_record_back(bench->station, run->record);
+    free(run);
+    bench_tell_changes(bench);
+    station_serve_parked(bench->station); /* what waits for the bench */
+}
+
+static void refuse_askers(struct run *run, const struct refusal *refusal)
+{
+    for (size_t i = 0; i < run->askers_n; i++)
+        station_refuse(run->bench->station, &run->askers[i], refusal);
+}
+
+static void fail(struct run *run, const struct refusal *refusal)
+{
+    cJSON *data = about(run, false);
+    cJSON_AddStringToObject(data, "reason", reason_name(refusal->reason));
+    cJSON_AddStringToObject(data, "message", refusal->detail);
+    station_tell(run->bench->station, EVENT_MEASUREMENT, "failed", data);
+    refuse_askers(run, refusal);
+    run_free(run);
+}
+
+static const char *const cause_names[] = { "asked", "released", "expired", "disconnected" };
+
+static void answer_canceller(const struct run *run)
+{
+    cJSON *result = about(run, false);
+    cJSON_AddFalseToObject(result, "stored");
+    cJSON_AddNumberToObject(result, "discarded", (double)run->measuring.taken);
+    station_answer(run->bench->station, &run->canceller, result);
+}
+
+static void finish_early(struct run *run)
+{
+    struct refusal refusal;
+    cJSON *data = about(run, false);
+    cJSON_AddStringToObject(data, "cause", cause_names[run->cause]);
+    station_tell(run->bench->station, EVENT_MEASUREMENT, "cancelled", data);
+    refusal_set(&refusal,
+                run->cause == RUN_EXPIRED ? REASON_LEASE_EXPIRED : REASON_MEASUREMENT_CANCELLED,
+                NULL);
+    refuse_askers(run, &refusal);
+    if (run->has_canceller)
+        answer_canceller(run);
+    run_free(run);
+}
+
+void run_end(struct bench *bench, enum run_cause cause)
+{
+    struct run *run = bench->run;
+    bool all_taken = run != NULL && run->phase >= RUN_MATCHING;
+    if (run == NULL || run->ended || run->phase == RUN_STORING)
+        return;
+    if (all_taken && (cause == RUN_EXPIRED || cause == RUN_DISCONNECTED))
+        return; /* the reading is there: it is kept, and a retry gets it */
+    if (run->phase == RUN_SHOOTING && cause == RUN_EXPIRED) {
+        run->expired = true;
+        return;
+    }
+    run->ended = true;
+    run->cause = cause;
+    if (!run->under_way)
+        finish_early(run);
+    else if (run->phase != RUN_MATCHING)
+        unit_cancel(bench->unit);
+}
+
+/* ---- stored --------------------------------------------------------------------------------- */
+
+static void answer_askers(struct run *run)
+{
+    struct station *station = run->bench->station;
+    for (size_t i = 0; i < run->askers_n; i++) {
+        cJSON *result = NULL;
+        (void)wire_record(run->record, &result); /* NULL is refused as it should be */
+        station_answer(station, &run->askers[i], result);
+    }
+}
+
+static void refuse_expired(struct run *run)
+{
+    struct refusal refusal;
+    refusal_set(&refusal, REASON_LEASE_EXPIRED,
+                "during a shot; what was taken is kept as record %s, which a request with the "
+                "same uuid gets",
+                run->record->id);
+    refuse_askers(run, &refusal);
+}
+
+static void stored(struct job *job)
+{
+    struct run *run = (struct run *)job;
+    struct station *station = run->bench->station;
+    enum status s = run->write.status;
+    station_note_write(station, s);
+    if (s == STATUS_OK && run->write.known) /* by another way in the meantime */
+        s = STATUS_EXISTS;
+    if (s != STATUS_OK) {
+        struct refusal refusal = station_store_refusal(station, s, run->write.bad_member);
+        fail(run, &refusal);
+        return;
+    }
+    if (run->expired)
+        refuse_expired(run);
+    else
+        answer_askers(run);
+    cJSON *data = about(run, false);
+    cJSON_AddStringToObject(data, "id", run->record->id);
+    cJSON_AddNumberToObject(data, "seq", (double)run->record->seq);
+    station_tell(station, EVENT_MEASUREMENT, "done", data);
+    station_tell_record(station, run->record);
+    run_free(run);
+}
+
+static void store(struct run *run)
+{
+    run->phase = RUN_STORING;
+    run->write = (struct write_job){ .job.done = stored, .kind = WRITE_RECORD };
+    run->write.record = run->record;
+    writer_ask(run->bench->station->writer, &run->write);
+}
+
+/* ---- matched ----------------------------------------------------------------------------------
+ */
+
+static void match_with(struct run *run)
+{
+    struct nearest_hit hit;
+    enum match_by by = run->has_by ? run->by : matcher_default_by(loaded_table(run->loaded));
+    /* A spectrum that cannot be matched so is a record all the same, without a match. */
+    (void)answer_match(run->loaded, by, 0, &hit, run->record, NULL);
+}
+
+static void match_on_worker(struct job *job, void *thread)
+{
+    (void)thread;
+    match_with((struct run *)job);
+}
+
+static void matched(struct job *job)
+{
+    struct run *run = (struct run *)job;
+    run->under_way = false;
+    if (run->ended)
+        finish_early(run);
+    else
+        store(run);
+}
+
+static void match(struct run *run)
+{
+    struct station *station = run->bench->station;
+    struct refusal refusal;
+    const char *name = run->table[0] != '\0' ? run->table : NULL;
+    enum status s = station_table(station, name, &run->loaded, &refusal);
+    if (s == STATUS_CANCELLED)
+        return; /* run_table_changed() comes here again */
+    if (s != STATUS_OK) {
+        store(run);
+        return;
+    }
+    enum match_by by = run->has_by ? run->by : matcher_default_by(loaded_table(run->loaded));
+    if (answer_is_quick(run->loaded, by, 0)) {
+        match_with(run);
+        store(run);
+        return;
+    }
+    run->job = (struct job){ .run = match_on_worker, .done = matched };
+    run->under_way = true;
+    worker_ask(station->reader, &run->job);
+}
+
+void run_table_changed(struct bench *bench)
+{
+    struct run *run = bench->run;
+    if (run != NULL && run->phase == RUN_MATCHING && !run->under_way)
+        match(run);
+}
+
+/* ["a","b"] and one more token. */
+static void add_flag(struct store_record *record, const char *token)
+{
+    size_t n = strlen(record->flags), room = sizeof record->flags;
+    if (n < 2)
+        n = (size_t)snprintf(record->flags, room, "[]");
+    snprintf(record->flags + n - 1, room - n + 1, "%s\"%s\"]", n > 2 ? "," : "", token);
+}
+
+static void finish(struct run *run)
+{
+    struct bench *bench = run->bench;
+    struct calibration_state state = bench_calibration(bench);
+    struct refusal refusal;
+    unsigned extra = state.good ? 0 : QUALITY_CALIBRATION_OLD;
+    if (!measuring_finish(&run->measuring, extra, run->record, &refusal)) {
+        fail(run, &refusal);
+        return;
+    }
+    if (run->expired)
+        add_flag(run->record, "lease_expired");
+    answer_colour(&bench->station->weights, run->record);
+    run->phase = RUN_MATCHING;
+    match(run);
+}
+
+/* ---- shots
+ * --------------------------------------------------------------------------------------- */
+
+static void waited(struct job *job);
+
+static void wait_for_operator(struct run *run)
+{
+    run->phase = RUN_WAITING;
+    run->next = false;
+    run->unit =
+        (struct unit_job){ .job.done = waited, .command = UNIT_WAIT, .timeout_ms = WAIT_MS };
+    run->under_way = true;
+    unit_ask(run->bench->unit, &run->unit);
+}
+
+static void waited(struct job *job)
+{
+    struct run *run = (struct run *)job;
+    run->under_way = false;
+    if (run->ended) {
+        finish_early(run);
+    } else if (run->next || run->unit.pressed) {
+        shoot(run);
+    } else if (run->unit.result == DRIVER_OK || run->unit.result == DRIVER_CANCELLED) {
+        wait_for_operator(run);
+    } else {
+        struct refusal refusal = bench_refusal(&run->unit.error);
+        fail(run, &refusal);
+    }
+}
+
+static void tell_waiting(const struct run *run)
+{
+    cJSON *data = about(run, true);
+    cJSON_AddNumberToObject(data, "shot", (double)(run->measuring.taken + 1));
+    cJSON_AddNumberToObject(data, "replicates", (double)run->measuring.replicates);
+    cJSON_AddStringToObject(data, "prompt", measuring_prompt(&run->measuring));
+    station_tell(run->bench->station, EVENT_MEASUREMENT, "waiting", data);
+}
+
+static void tell_shot(const struct run *run, unsigned flags)
+{
+    cJSON *data = about(run, true);
+    cJSON_AddNumberToObject(data, "shot", (double)run->measuring.taken);
+    cJSON_AddNumberToObject(data, "replicates", (double)run->measuring.replicates);
+    cJSON *list = cJSON_AddArrayToObject(data, "flags");
+    for (size_t i = 0; i < QUALITY_FLAGS; i++)
+        if (flags & 1u << i)
+            cJSON_AddItemToArray(list, cJSON_CreateString(quality_flag_name(i)));
+    station_tell(run->bench->station, EVENT_MEASUREMENT, "shot", data);
+}
+
+/* The instrument said no: for want of a calibration, as its status shows? */
+static void asked_why(struct job *job)
+{
+    struct run *run = (struct run *)job;
+    struct bench *bench = run->bench;
+    struct refusal refusal = bench_refusal(&run->error);
+    run->under_way = false;
+    if (run->ended) {
+        finish_early(run);
+        return;
+    }
+    if (run->unit.result == DRIVER_OK)
+        bench->status = run->unit.status;
+    for (size_t i = 0; i < CALIBRATION_STEPS; i++)
+        if (bench->status.due[i])
+            refusal.reason = REASON_CALIBRATION_DUE;
+    fail(run, &refusal);
+}
+
+static void refused(struct run *run)
+{
+    if (run->unit.error.result != DRIVER_REFUSED || run->bench->station->stopping) {
+        struct refusal refusal = bench_refusal(&run->unit.error);
+        fail(run, &refusal);
+        return;
+    }
+    run->error = run->unit.error;
+    run->unit = (struct unit_job){ .job.done = asked_why, .command = UNIT_STATUS };
+    run->under_way = true;
+    unit_ask(run->bench->unit, &run->unit);
+}
+
+static void take(struct run *run)
+{
+    struct refusal refusal;
+    unsigned flags = 0;
+    enum measuring_step step =
+        measuring_take(&run->measuring, &run->unit.reading, &flags, &refusal);
+    if (step == MEASURING_REFUSE) {
+        fail(run, &refusal);
+        return;
+    }
+    tell_shot(run, flags);
+    if (step == MEASURING_FINISH || run->expired) {
+        finish(run);
+    } else if (step == MEASURING_SHOOT) {
+        shoot(run);
+    } else {
+        tell_waiting(run);
+        wait_for_operator(run);
+    }
+}
+
+static void shot(struct job *job)
+{
+    struct run *run = (struct run *)job;
+    run->under_way = false;
+    if (run->ended)
+        finish_early(run);
+    else if (run->unit.result == DRIVER_OK)
+        take(run);
+    else
+        refused(run);
+}
+
+static void shoot(struct run *run)
+{
+    run->phase = RUN_SHOOTING;
+    run->unit = (struct unit_job){ .job.done = shot, .command = UNIT_MEASURE };
+    run->under_way = true;
+    unit_ask(run->bench->unit, &run->unit);
+}
+
+/* A shot under way comes back by itself, and so does a wait. */
+void run_lost(struct bench *bench, const struct driver_error *error)
+{
+    (void)error;
+    if (bench->run != NULL && bench->run->phase == RUN_WAITING)
+        unit_cancel(bench->unit);
+}
+
+/* ---- its beginning
+ * ------------------------------------------------------------------------------- */
+
+bool run_calibration_allows(const struct bench *bench, const struct calibration_state *state)
+{
+    if (state->good || bench->station->settings->calibration_blocks)
+        return state->good;
+    for (size_t i = 0; i < CALIBRATION_STEPS; i++)
+        if (state->due[i] != CALIBRATION_GOOD && state->due[i] != CALIBRATION_EXPIRED &&
+            state->due[i] != CALIBRATION_EARLIER_STEP)
+            return false;
+    return true;
+}
+
+static void take_circumstances(struct run *run, const struct client *client,
+                               const struct request *request, const char *sha256)
+{
+    struct bench *bench = run->bench;
+    struct store_record *r = run->record;
+    params_copy(request, "uuid", r->uuid, sizeof r->uuid);
+    params_copy(request, "subject", r->subject, sizeof r->subject);
+    params_copy(request, "site", r->site, sizeof r->site);
+    params_copy(request, "corrects", r->corrects, sizeof r->corrects);
+    snprintf(r->parameters_sha256, sizeof r->parameters_sha256, "%s", sha256);
+    snprintf(r->operator_name, sizeof r->operator_name, "%s", client->operator_name);
+    snprintf(r->calibration_id, sizeof r->calibration_id, "%s",
+             bench->calibration_id[DRIVER_CALIBRATION_WHITE]);
+    snprintf(r->boot_id, sizeof r->boot_id, "%s", bench->station->machine_boot);
+    r->boottime_ms = station_now_ms();
+    r->instrument = bench_instrument(bench);
+    r->fence = bench->lease.fence;
+    r->owner_uid = client->peer.uid;
+}
+
+static bool set_up(struct run *run, const struct request *request)
+{
+    struct measuring *m = &run->measuring;
+    const char *pace = params_text(request, "pace");
+    m->specular = params_specular(request);
+    m->surface = params_number(request, "surface", NAN);
+    m->replicates = (size_t)params_integer(request, "replicates", 1);
+    m->prompt = strcmp(pace, "prompt") == 0;
+    m->bands = bench_bands(run->bench);
+    params_copy(request, "table", run->table, sizeof run->table);
+    run->has_by = params_by(request, &run->by);
+    return measuring_init(m) == STATUS_OK;
+}
+
+struct run *run_begin(struct bench *bench, const struct client *client,
+                      const struct request *request, const char *sha256)
+{
+    struct run *run = calloc(1, sizeof *run);
+    if (run == NULL)
+        return NULL;
+    run->bench = bench;
+    run->record = station_record(bench->station);
+    if (run->record == NULL || !set_up(run, request)) {
+        station_record_back(bench->station, run->record);
+        free(run);
+        return NULL;
+    }
+    take_circumstances(run, client, request, sha256);
+    run->askers[run->askers_n++] = ticket_of(client, request);
+    bench->run = run;
+    cJSON *data = about(run, true);
+    cJSON_AddNumberToObject(data, "replicates", (double)run->measuring.replicates);
+    station_tell(bench->station, EVENT_MEASUREMENT, "started", data);
+    bench_tell_changes(bench);
+    shoot(run);
+    return run;
+}
+
+bool run_join(struct run *run, const struct ticket *asker)
+{
+    if (run->askers_n == RUN_ASKERS)
+        return false;
+    run->askers[run->askers_n++] = *asker;
+    return true;
+}

@@ -1,0 +1,267 @@
+/* serve_match.c - match.spectrum: matched here or on the worker, then stored if asked. */
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "station/params.h"
+#include "station/reading.h"
+#include "station/serve.h"
+#include "station/strict_json.h"
+#include "station/wire.h"
+
+/* One request on its way; first a job of the worker where matching takes long, then one of
+ * the writer where it is to be stored. */
+struct matching {
+    union {
+        struct job job;
+        struct write_job write;
+    };
+    struct station *station;
+    struct ticket ticket;
+    struct store_record *record;
+    struct loaded_table *table;
+    enum match_by by;
+    size_t k;
+    bool store;
+    enum status matched;
+    cJSON *result;
+    struct nearest_hit hits[]; /* max(k, 1) */
+};
+
+static void matching_free(struct matching *m)
+{
+    station_record_back(m->station, m->record);
+    cJSON_Delete(m->result);
+    free(m);
+}
+
+/* ---- stored ------------------------------------------------------------------------------ */
+
+static void add_record(cJSON *match, const struct store_record *record)
+{
+    cJSON *where = cJSON_AddObjectToObject(match, "record");
+    cJSON_AddStringToObject(where, "id", record->id);
+    cJSON_AddNumberToObject(where, "seq", (double)record->seq);
+    cJSON_AddStringToObject(where, "taken_at", record->taken_at);
+}
+
+/* Without `nearest` the answer is what is stored, and it is text already: printing the
+ * same numbers a second time would cost more than finding the match did. */
+static cJSON *stored_text(const struct store_record *record)
+{
+    char text[sizeof record->match_json + 256];
+    int end = (int)strlen(record->match_json) - 1; /* of the brace */
+    snprintf(text, sizeof text,
+             "%.*s,\"record\":{\"id\":\"%s\",\"seq\":%" PRId64 ",\"taken_at\":\"%s\"}}", end,
+             record->match_json, record->id, record->seq, record->taken_at);
+    return cJSON_CreateRaw(text);
+}
+
+/* A retry: the match as it was stored, whatever the table says by now. */
+static cJSON *read_stored_match(struct reading *reading, struct worker *worker,
+                                struct refusal *refusal)
+{
+    cJSON *match = NULL;
+    enum strict_json_fault fault;
+    struct store_record *record = reading_record(reading, worker, refusal);
+    if (record == NULL)
+        return NULL;
+    const char *text = record->match_json;
+    if (strict_json_parse(text, strlen(text), &match, &fault, NULL) == STATUS_OK)
+        add_record(match, record);
+    else
+        refusal_set(refusal, REASON_RECORD_WITHOUT_MATCH, NULL);
+    free(record);
+    return match;
+}
+
+static void answer_as_stored(struct matching *m)
+{
+    struct reading *reading = reading_of_ticket(m->station, &m->ticket, 0);
+    if (reading == NULL)
+        return;
+    snprintf(reading->id, sizeof reading->id, "%s", m->record->id);
+    reading->read = read_stored_match;
+    reading_ask(reading, m->station->reader);
+}
+
+static void answer_stored(struct matching *m)
+{
+    cJSON *result = m->result;
+    m->result = NULL;
+    if (m->k > 0)
+        add_record(result, m->record);
+    else
+        result = stored_text(m->record);
+    station_answer(m->station, &m->ticket, result);
+}
+
+static void stored(struct job *job)
+{
+    struct matching *m = (struct matching *)job;
+    struct station *station = m->station;
+    station_note_write(station, m->write.status);
+    if (m->write.status != STATUS_OK) {
+        struct refusal refusal =
+            station_store_refusal(station, m->write.status, m->write.bad_member);
+        station_refuse(station, &m->ticket, &refusal);
+    } else if (m->write.known) {
+        answer_as_stored(m);
+    } else {
+        answer_stored(m);
+        station_tell_record(station, m->record);
+    }
+    matching_free(m);
+}
+
+/* ---- matched ------------------------------------------------------------------------------- */
+
+static void match(struct matching *m, struct answer_weights *weights)
+{
+    m->matched =
+        answer_match(m->table, m->by, m->k, m->hits, m->record, m->k > 0 ? &m->result : NULL);
+    if (m->matched == STATUS_OK && m->store)
+        answer_colour(weights, m->record);
+}
+
+static void go_on(struct matching *m)
+{
+    struct station *station = m->station;
+    if (m->matched != STATUS_OK) {
+        bool no_spectra = m->by == MATCH_SPECTRUM && loaded_table(m->table)->spectrum == NULL;
+        station_refuse_for(station, &m->ticket,
+                           m->matched == STATUS_NO_MEMORY ? REASON_NO_MEMORY
+                           : no_spectra                   ? REASON_TABLE_UNSUITABLE
+                                                          : REASON_SPECTRUM_UNSUITABLE,
+                           NULL);
+        matching_free(m);
+    } else if (m->store) {
+        m->write = (struct write_job){ .job.done = stored, .kind = WRITE_RECORD };
+        m->write.record = m->record;
+        writer_ask(station->writer, &m->write);
+    } else {
+        cJSON *result = m->k > 0 ? m->result : cJSON_CreateRaw(m->record->match_json);
+        m->result = NULL;
+        station_answer(station, &m->ticket, result);
+        matching_free(m);
+    }
+}
+
+static void match_on_worker(struct job *job, void *thread)
+{
+    match((struct matching *)job, worker_weights(thread));
+}
+
+static void matched(struct job *job)
+{
+    go_on((struct matching *)job);
+}
+
+/* ---- asked ---------------------------------------------------------------------------------- */
+
+/* The spectrum as it is matched: SCE.  False with *refusal. */
+static bool take_spectrum(const struct request *request, struct store_record *record,
+                          struct refusal *refusal)
+{
+    struct spectrum *spectrum = &record->spectrum;
+    size_t band = 0;
+    refusal_set(refusal, REASON_SPECTRUM_UNSUITABLE, NULL);
+    if (wire_read_spectrum(strict_json_member(request->params, "spectrum"), spectrum) != STATUS_OK)
+        return false;
+    spectrum->specular = params_specular(request);
+    spectrum->aperture_mm = record->aperture_mm = params_number(request, "aperture_mm", NAN);
+    if (spectrum->specular == SPECULAR_SCI) {
+        record->surface = params_number(request, "surface", NAN);
+        if (isnan(record->surface)) {
+            refusal_set(refusal, REASON_SURFACE_NEEDED, NULL);
+            return false;
+        }
+        if (spectrum_remove_surface(spectrum, record->surface, &band) != STATUS_OK) {
+            refusal_set(refusal, REASON_SPECTRUM_UNSUITABLE,
+                        "the surface exceeds the reading at %g nm", spectrum_nm(spectrum, band));
+            return false;
+        }
+    }
+    record->specular = spectrum->specular;
+    return true;
+}
+
+static void take_circumstances(const struct station *station, const struct client *client,
+                               const struct request *request, struct store_record *record)
+{
+    params_copy(request, "uuid", record->uuid, sizeof record->uuid);
+    params_copy(request, "subject", record->subject, sizeof record->subject);
+    params_copy(request, "site", record->site, sizeof record->site);
+    snprintf(record->operator_name, sizeof record->operator_name, "%s", client->operator_name);
+    snprintf(record->boot_id, sizeof record->boot_id, "%s", station->machine_boot);
+    record->boottime_ms = station_now_ms();
+    record->owner_uid = client->peer.uid;
+    strcpy(record->flags, "[]");
+}
+
+static struct matching *make(struct station *station, const struct client *client,
+                             const struct request *request)
+{
+    size_t k = (size_t)params_integer(request, "k", 0);
+    struct matching *m = calloc(1, sizeof *m + (k > 0 ? k : 1) * sizeof *m->hits);
+    if (m == NULL)
+        return NULL;
+    m->station = station;
+    m->ticket = ticket_of(client, request);
+    m->k = k;
+    m->store = params_is_true(request, "store");
+    m->record = station_record(station);
+    if (m->record == NULL || (params_has(request, "uuid") &&
+                              params_sha256(request, m->record->parameters_sha256) != STATUS_OK)) {
+        matching_free(m);
+        return NULL;
+    }
+    take_circumstances(station, client, request, m->record);
+    return m;
+}
+
+static void begin(struct matching *m, const struct request *request, struct loaded_table *table)
+{
+    struct refusal refusal;
+    if (!take_spectrum(request, m->record, &refusal)) {
+        station_refuse(m->station, &m->ticket, &refusal);
+        matching_free(m);
+        return;
+    }
+    m->table = table;
+    if (!params_by(request, &m->by))
+        m->by = matcher_default_by(loaded_table(table));
+    if (answer_is_quick(table, m->by, m->k)) {
+        match(m, &m->station->weights);
+        go_on(m);
+    } else {
+        m->job.run = match_on_worker;
+        m->job.done = matched;
+        worker_ask(m->station->reader, &m->job);
+    }
+}
+
+void serve_match_spectrum(struct station *station, struct client *client, struct request *request)
+{
+    struct ticket ticket = ticket_of(client, request);
+    struct loaded_table *table;
+    struct refusal refusal;
+    if (params_is_true(request, "store") && !station_can_write(station, &ticket))
+        return;
+    enum status s = station_table(station, params_text(request, "table"), &table, &refusal);
+    if (s == STATUS_CANCELLED) {
+        station_park(station, client, request);
+        return;
+    }
+    if (s != STATUS_OK) {
+        station_refuse(station, &ticket, &refusal);
+        return;
+    }
+    struct matching *m = make(station, client, request);
+    if (m == NULL)
+        station_refuse_for(station, &ticket, REASON_NO_MEMORY, NULL);
+    else
+        begin(m, request, table);
+}

@@ -1,0 +1,180 @@
+/* station.h - the daemon's parts and how they meet; for src/station alone.
+ *
+ *   clients -> serve (one function per method) -> bench, run     instruments
+ *                                              -> writer         what is kept
+ *                                              -> worker         what is read, or takes long
+ *
+ * Everything here is on the loop's thread.  A request that cannot be answered at once leaves a
+ * ticket behind; its answer goes to the client that is behind the ticket, if it is still
+ * there. */
+#ifndef SKINSPEC_STATION_STATION_H
+#define SKINSPEC_STATION_STATION_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <systemd/sd-event.h>
+
+#include "base/uuid.h"
+#include "station/answer.h"
+#include "station/clients.h"
+#include "station/events.h"
+#include "station/job.h"
+#include "station/protocol.h"
+#include "station/settings.h"
+#include "station/tables.h"
+#include "station/worker.h"
+#include "station/writer.h"
+
+struct bench;
+
+enum { STATION_OPEN_REQUESTS = 64, STATION_ERROR_SIZE = 512 };
+
+enum store_state { STORE_OK, STORE_OPENING, STORE_FULL, STORE_READ_ONLY, STORE_DAMAGED };
+const char *store_state_name(enum store_state state);
+
+struct store_standing {
+    enum store_state state;
+    bool told;                      /* the writer has said how it stands, since the start */
+    char error[STATION_ERROR_SIZE]; /* for a person; "" where it is ok */
+    char station_id[UUID_TEXT_SIZE];
+    int64_t last_seq, fence;
+};
+
+struct station_counters {
+    uint64_t requests[METHODS], refused, events, records;
+};
+
+struct parked; /* a request that waits for a table, the store's opening, or a run's end */
+struct spare_record;
+struct housekeeping;
+
+struct station {
+    sd_event *event;
+    const struct settings *settings;
+    struct protocol *protocol;
+    char boot[UUID_TEXT_SIZE], machine_boot[UUID_TEXT_SIZE]; /* of the daemon, of the machine */
+    int64_t started_ms;
+    struct inbox inbox;
+    struct events events;
+    struct clients *clients;
+    struct store_claim *claim;
+    struct writer *writer;
+    struct worker *reader; /* what clients ask for and comes soon */
+    struct worker *chores; /* tables, checks, checkpoints: may take long */
+    struct tables *tables;
+    struct answer_weights weights;
+    struct bench *benches[SETTINGS_MAX_INSTRUMENTS];
+    size_t benches_n;
+    struct store_standing store;
+    struct parked *parked;
+    sd_event_source *unpark;
+    struct spare_record *spare_records; /* see station_record() */
+    struct station_counters counters;
+    struct housekeeping *housekeeping;
+    int64_t wal_bytes;
+    bool wal_limited; /* nothing is stored because of its size */
+    bool is_open, stopping;
+    /* The store has been opened, or cannot be; hopeless: a foreign file, or a newer
+     * program's.  Once. */
+    void (*store_opened)(struct station *station, bool hopeless);
+};
+
+/* ---- answers -------------------------------------------------------------------------- */
+
+struct ticket {
+    uint64_t client;
+    struct request_id id;
+    enum method method;
+};
+
+struct ticket ticket_of(const struct client *client, const struct request *request);
+
+/* Each ticket is answered once.  The result is given away; NULL: no memory. */
+void station_answer(struct station *station, const struct ticket *ticket, cJSON *result);
+void station_answer_line(struct station *station, const struct ticket *ticket, struct line *line);
+void station_refuse(struct station *station, const struct ticket *ticket,
+                    const struct refusal *refusal);
+void station_refuse_for(struct station *station, const struct ticket *ticket, enum reason reason,
+                        const char *format, ...) __attribute__((format(printf, 4, 5)));
+
+/* The reason for a status of the store, when reading (or writing) a record. */
+struct refusal station_store_refusal(const struct station *station, enum status status,
+                                     const char *bad_member);
+
+/* A line of a client: read, checked, and served. */
+void station_line(void *station, struct client *client, const char *line, size_t n);
+
+/* An event for all who subscribed to its topic; data is given away.  type is a constant. */
+void station_tell(struct station *station, enum event_topic topic, const char *type, cJSON *data);
+
+/* ---- the store ----------------------------------------------------------------------------- */
+
+/* (station_store.c)  Take the state folder for this process and start the writer.
+ * STATUS_EXISTS where another has it; where the folder cannot be written the service is
+ * read-only, and that is STATUS_OK. */
+enum status station_claim_store(struct station *station);
+
+/* Open the store on the writer's thread; station->store and store_opened() tell the end. */
+void station_look_at_store(struct station *station);
+
+/* What WRITE_OPEN or WRITE_BEGIN_ANEW has told. */
+void station_take_opened(struct station *station, const struct write_job *write);
+
+/* What a write has shown about the store, told to all where it is new. */
+void station_note_write(struct station *station, enum status status);
+
+/* The WAL has this size: above the limit nothing is stored until it is below again. */
+void station_note_wal(struct station *station, int64_t wal_bytes);
+
+/* False, and the ticket refused, where the store takes nothing. */
+bool station_can_write(struct station *station, const struct ticket *ticket);
+
+/* A record with everything absent.  It is too large to be made anew for each request;
+ * give it back.  NULL: no memory. */
+struct store_record *station_record(struct station *station);
+void station_record_back(struct station *station, struct store_record *record);
+
+void station_free_records(struct station *station);
+
+/* After a commit. */
+void station_tell_record(struct station *station, const struct store_record *record);
+
+/* ---- tables ---------------------------------------------------------------------------------- */
+
+/* The table a request names (NULL: the default one).  STATUS_OK; STATUS_CANCELLED: it is being
+ * loaded, come again when station_table_changed() says so; STATUS_NOT_FOUND with
+ * *refusal. */
+enum status station_table(struct station *station, const char *name, struct loaded_table **ret,
+                          struct refusal *refusal);
+
+/* Keep a request, which is taken, until something it may wait for has come (a table, the
+ * store's opening, the end of a run): station_serve_parked() serves all of them again. */
+void station_park(struct station *station, const struct client *client, struct request *request);
+void station_serve_parked(struct station *station);
+void station_table_changed(void *station, const char *name);
+
+/* ---- time --------------------------------------------------------------------------------------
+ */
+
+int64_t station_now_ms(void);      /* CLOCK_BOOTTIME */
+int64_t station_realtime_ms(void); /* since 1970 */
+void station_time_text(int64_t realtime_ms, char text[STORE_TIME_SIZE]);
+
+/* ---- life ---------------------------------------------------------------------------------------
+ */
+
+/* Everything but the clients, who come with a listener.  Logged.  station->event, settings
+ * and store_opened are set before. */
+enum status station_open(struct station *station);
+enum status station_listen(struct station *station, int listener_fd);
+
+/* No new requests are served and what runs is cancelled; answers still go out. */
+void station_stop(struct station *station);
+
+/* After station_stop(): all requests are answered and all answers taken. */
+bool station_is_quiet(struct station *station);
+
+/* What was asked of the writer is written and answered; takes a half-opened station. */
+void station_close(struct station *station);
+
+#endif

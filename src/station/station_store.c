@@ -1,0 +1,308 @@
+/* station_store.c - how the store stands, as the loop knows it, and records on their way. */
+#include <inttypes.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/log.h"
+#include "station/bench.h"
+#include "station/housekeeping.h"
+
+enum { RECORDS_PER_CHECK = 2048 };
+
+const char *store_state_name(enum store_state state)
+{
+    static const char *const names[] = { "ok", "opening", "full", "read_only", "damaged" };
+    return names[state];
+}
+
+/* ---- how it stands -------------------------------------------------------------------- */
+
+static enum store_state state_of(enum status s)
+{
+    switch (s) {
+    case STATUS_OK:
+        return STORE_OK;
+    case STATUS_FULL:
+        return STORE_FULL;
+    case STATUS_DAMAGED:
+        return STORE_DAMAGED;
+    default:
+        return STORE_READ_ONLY;
+    }
+}
+
+static const char *text_of(enum status s)
+{
+    switch (s) {
+    case STATUS_OK:
+        return "";
+    case STATUS_FULL:
+        return "there is no room on the disk of the state folder; free some, and readings are "
+               "kept again";
+    case STATUS_DAMAGED:
+        return "station.db is damaged; it was moved aside, beside where it was, and what can be "
+               "read from it is shown; restore a backup and restart, or begin an empty one: "
+               "skinspec store begin-anew";
+    case STATUS_READ_ONLY:
+        return "the state folder cannot be written; make it writable and restart the station";
+    default:
+        return "station.db cannot be written; the station's log says why";
+    }
+}
+
+static void tell_state(struct station *station)
+{
+    cJSON *data = cJSON_CreateObject();
+    cJSON_AddStringToObject(data, "store", store_state_name(station->store.state));
+    if (station->store.error[0] != '\0')
+        cJSON_AddStringToObject(data, "error", station->store.error);
+    station_tell(station, EVENT_STORE, "state", data);
+}
+
+static void set_state(struct station *station, enum status s)
+{
+    struct store_standing *store = &station->store;
+    enum store_state before = store->state;
+    store->state = state_of(s);
+    snprintf(store->error, sizeof store->error, "%s", text_of(s));
+    if (store->state != before)
+        tell_state(station);
+}
+
+void station_note_write(struct station *station, enum status s)
+{
+    if (station->wal_limited)
+        return; /* what was asked before may still come back */
+    switch (s) {
+    case STATUS_OK:
+    case STATUS_FULL:
+    case STATUS_READ_ONLY:
+    case STATUS_DAMAGED:
+    case STATUS_IO:
+    case STATUS_DB:
+        set_state(station, s);
+        break;
+    default: /* about this one job */
+        break;
+    }
+}
+
+void station_note_wal(struct station *station, int64_t wal_bytes)
+{
+    struct store_standing *store = &station->store;
+    bool limited = wal_bytes > (int64_t)station->settings->wal_limit_mb << 20;
+    if (limited == station->wal_limited)
+        return;
+    station->wal_limited = limited;
+    if (!limited) {
+        set_state(station, STATUS_OK);
+        return;
+    }
+    store->state = STORE_FULL;
+    snprintf(store->error, sizeof store->error,
+             "station.db-wal has grown beyond %zu MB because some program keeps reading "
+             "station.db; end it, and readings are kept again",
+             station->settings->wal_limit_mb);
+    log_error("station: %s", store->error);
+    tell_state(station);
+}
+
+bool station_can_write(struct station *station, const struct ticket *ticket)
+{
+    /* A full disk may have room again: only trying tells. */
+    if (station->store.state == STORE_OK || station->store.state == STORE_OPENING ||
+        (station->store.state == STORE_FULL && station->writer != NULL && !station->wal_limited))
+        return true;
+    station_refuse_for(station, ticket,
+                       station->store.state == STORE_FULL ? REASON_STORE_FULL
+                                                          : REASON_STORE_READ_ONLY,
+                       "%s", station->store.error);
+    return false;
+}
+
+struct refusal station_store_refusal(const struct station *station, enum status s,
+                                     const char *bad_member)
+{
+    struct refusal refusal;
+    enum reason reason = REASON_STORE_FAILED;
+    const char *detail = "";
+    if (s == STATUS_FULL)
+        reason = REASON_STORE_FULL;
+    else if (s == STATUS_READ_ONLY || s == STATUS_DAMAGED)
+        reason = REASON_STORE_READ_ONLY, detail = station->store.error;
+    else if (s == STATUS_NO_MEMORY)
+        reason = REASON_NO_MEMORY;
+    else if (s == STATUS_CANCELLED)
+        reason = REASON_SHUTTING_DOWN;
+    else if (s == STATUS_EXISTS)
+        reason = REASON_UUID_REUSED;
+    else if (s == STATUS_NOT_FOUND && strcmp(bad_member, "subject") == 0)
+        reason = REASON_SUBJECT_UNKNOWN;
+    else if (s == STATUS_NOT_FOUND)
+        reason = REASON_RECORD_UNKNOWN;
+    else if (s == STATUS_RANGE)
+        reason = REASON_INTERNAL, detail = bad_member;
+    refusal_set(&refusal, reason, "%s", detail);
+    return refusal;
+}
+
+/* ---- opening ------------------------------------------------------------------------------ */
+
+enum status station_claim_store(struct station *station)
+{
+    enum status s = store_claim(station->settings->state, &station->claim);
+    station->store.state = STORE_OPENING;
+    if (s == STATUS_OK)
+        return writer_open(station->claim, &station->inbox, &station->writer);
+    if (s != STATUS_READ_ONLY && s != STATUS_FULL)
+        return s;
+    set_state(station, s);
+    station->store.told = true;
+    return STATUS_OK;
+}
+
+/* The newest record, once there is a store to read. */
+struct newest {
+    struct job job;
+    struct station *station;
+    int64_t seq;
+};
+
+static void read_newest(struct job *job, void *thread)
+{
+    struct newest *newest = (struct newest *)job;
+    struct store_reader *reader;
+    worker_forget_reader(thread); /* it may be another store than before */
+    if (worker_reader(thread, &reader) == STATUS_OK)
+        (void)store_newest(reader, &newest->seq);
+}
+
+static void newest_read(struct job *job)
+{
+    struct newest *newest = (struct newest *)job;
+    if (newest->seq > newest->station->store.last_seq)
+        newest->station->store.last_seq = newest->seq;
+    free(newest);
+}
+
+static void ask_for_newest(struct station *station, struct worker *worker)
+{
+    struct newest *newest = calloc(1, sizeof *newest);
+    if (newest == NULL)
+        return; /* the next record tells */
+    newest->job.run = read_newest;
+    newest->job.done = newest_read;
+    newest->station = station;
+    worker_ask(worker, &newest->job);
+}
+
+void station_take_opened(struct station *station, const struct write_job *write)
+{
+    struct store_standing *store = &station->store;
+    set_state(station, write->status);
+    if (write->status == STATUS_OK) {
+        snprintf(store->station_id, sizeof store->station_id, "%s", write->opened.station_id);
+        store->fence = write->opened.fence > store->fence ? write->opened.fence : store->fence;
+    }
+    ask_for_newest(station, station->reader);
+    ask_for_newest(station, station->chores); /* for its reader alone */
+    for (size_t i = 0; i < station->benches_n; i++)
+        bench_recall(station->benches[i]);
+}
+
+static void opened(struct job *job)
+{
+    struct write_job *write = (struct write_job *)job;
+    struct station *station = write->context;
+    struct store_standing *store = &station->store;
+    bool first = !store->told;
+    store->told = true;
+    station_take_opened(station, write);
+    bool hopeless = write->status == STATUS_VERSION || write->status == STATUS_FORMAT;
+    free(write);
+    if (first)
+        station->store_opened(station, hopeless);
+    station_serve_parked(station);
+}
+
+void station_look_at_store(struct station *station)
+{
+    struct write_job *write = calloc(1, sizeof *write);
+    if (station->writer == NULL || write == NULL) {
+        free(write);
+        station->store.told = true;
+        station->store_opened(station, false);
+        return;
+    }
+    write->job.done = opened;
+    write->kind = WRITE_OPEN;
+    write->context = station;
+    writer_ask(station->writer, write);
+}
+
+/* ---- records ------------------------------------------------------------------------------------
+ */
+
+struct spare_record {
+    struct store_record record; /* first: it is handed out as this */
+    struct spare_record *next;
+};
+
+/* Replicates beyond record->replicates are not looked at: they stay as they are. */
+static void make_absent(struct store_record *r)
+{
+    const size_t head = offsetof(struct store_record, replicate);
+    const size_t tail = offsetof(struct store_record, raw);
+    memset(r, 0, head);
+    r->replicate[0].n = r->replicate_sci[0].n = 0;
+    memset((char *)r + tail, 0, sizeof *r - tail);
+    r->owner_uid = -1;
+    r->aperture_mm = r->raw_unit = r->surface = r->ITA = NAN;
+}
+
+struct store_record *station_record(struct station *station)
+{
+    struct spare_record *spare = station->spare_records;
+    if (spare != NULL)
+        station->spare_records = spare->next;
+    else
+        spare = malloc(sizeof *spare);
+    if (spare == NULL)
+        return NULL;
+    make_absent(&spare->record);
+    return &spare->record;
+}
+
+void station_record_back(struct station *station, struct store_record *record)
+{
+    struct spare_record *spare = (struct spare_record *)record;
+    if (record == NULL)
+        return;
+    free((void *)record->raw);
+    spare->next = station->spare_records;
+    station->spare_records = spare;
+}
+
+void station_free_records(struct station *station)
+{
+    while (station->spare_records != NULL) {
+        struct spare_record *next = station->spare_records->next;
+        free(station->spare_records);
+        station->spare_records = next;
+    }
+}
+
+void station_tell_record(struct station *station, const struct store_record *record)
+{
+    cJSON *data = cJSON_CreateObject();
+    if (++station->counters.records % RECORDS_PER_CHECK == 0 && station->housekeeping != NULL)
+        housekeeping_look_at_wal(station->housekeeping);
+    if (record->seq > station->store.last_seq)
+        station->store.last_seq = record->seq;
+    cJSON_AddStringToObject(data, "id", record->id);
+    cJSON_AddNumberToObject(data, "seq", (double)record->seq);
+    station_tell(station, EVENT_STORE, "record", data);
+}

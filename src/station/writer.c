@@ -1,0 +1,255 @@
+/* writer.c - groups of jobs, a commit each. */
+#include "station/writer.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "base/log.h"
+
+struct writer {
+    pthread_t thread;
+    struct job_queue queue;
+    struct inbox *inbox;
+    struct store_claim *claim;
+    struct store *store; /* NULL: not opened, or it cannot be */
+    enum status opening; /* why not; STATUS_OK: not tried yet */
+    pthread_mutex_t lock;
+    struct writer_counts counts;
+};
+
+/* ---- opening ------------------------------------------------------------------------- */
+
+static enum status open_store(struct writer *writer)
+{
+    if (writer->store == NULL && writer->opening == STATUS_OK)
+        writer->opening = store_open_claimed(writer->claim, NULL, &writer->store);
+    return writer->opening;
+}
+
+static enum status tell_opened(struct writer *writer, struct write_job *job)
+{
+    enum status s = open_store(writer);
+    if (s != STATUS_OK)
+        return s;
+    snprintf(job->opened.station_id, sizeof job->opened.station_id, "%s",
+             store_station_id(writer->store));
+    return store_highest_fence(writer->store, &job->opened.fence);
+}
+
+/* Damage that was met while writing is put aside by the opening. */
+static enum status begin_anew(struct writer *writer, struct write_job *job)
+{
+    store_close(writer->store);
+    writer->store = NULL;
+    writer->opening = STATUS_OK;
+    enum status s = open_store(writer);
+    if (s == STATUS_OK)
+        return STATUS_NOT_FOUND; /* it is sound */
+    s = store_begin_anew_claimed(writer->claim);
+    if (s != STATUS_OK)
+        return s;
+    writer->opening = STATUS_OK;
+    return tell_opened(writer, job);
+}
+
+/* ---- jobs ------------------------------------------------------------------------------- */
+
+static bool stands_alone(enum write_kind kind)
+{
+    return kind >= WRITE_OPEN;
+}
+
+static enum status run_in_group(struct store *store, struct write_job *job)
+{
+    switch (job->kind) {
+    case WRITE_RECORD:
+        return store_add_record(store, job->record, &job->known);
+    case WRITE_CALIBRATION:
+        return store_add_calibration(store, &job->calibration);
+    case WRITE_SUBJECT:
+        return store_add_subject(store, job->subject, job->who);
+    default:
+        return store_audit(store, job->who, job->audit.action, job->audit.entity);
+    }
+}
+
+static enum status run_alone(struct writer *writer, struct write_job *job)
+{
+    if (job->kind == WRITE_BEGIN_ANEW)
+        return begin_anew(writer, job);
+    enum status s = open_store(writer);
+    if (s != STATUS_OK)
+        return s;
+    switch (job->kind) {
+    case WRITE_OPEN:
+        return tell_opened(writer, job);
+    case WRITE_FORGET:
+        return store_forget_subject(writer->store, job->subject->id, job->who, &job->erased);
+    case WRITE_FINISH_ERASING:
+        return store_finish_erasing(writer->store, &job->erased);
+    case WRITE_RESTART_WAL:
+        return store_restart_wal(writer->store, &job->restarted);
+    default:
+        return store_prune(writer->store);
+    }
+}
+
+static void note_member(const struct writer *writer, struct write_job *job)
+{
+    if (writer->store != NULL && (job->status == STATUS_NOT_FOUND || job->status == STATUS_RANGE))
+        snprintf(job->bad_member, sizeof job->bad_member, "%s", store_bad_member(writer->store));
+}
+
+/* ---- groups -------------------------------------------------------------------------------- */
+
+/* Jobs from the front of `jobs` that may share a transaction. */
+static void take_group(struct job_list *jobs, struct job_list *group)
+{
+    job_list_init(group);
+    while (jobs->first != NULL && group->n < WRITER_GROUP_MAX &&
+           !stands_alone(((struct write_job *)jobs->first)->kind))
+        job_list_add(group, job_list_take(jobs));
+}
+
+static void fail_all(struct job_list *group, enum status s)
+{
+    for (struct job *job = group->first; job != NULL; job = job->next)
+        ((struct write_job *)job)->status = s;
+}
+
+/* What was kept by the group is kept by the commit, or not at all. */
+static void fail_kept(struct job_list *group, enum status s)
+{
+    for (struct job *job = group->first; job != NULL; job = job->next) {
+        struct write_job *write = (struct write_job *)job;
+        if (write->status == STATUS_OK)
+            write->status = s;
+    }
+}
+
+static void write_group(struct writer *writer, struct job_list *group)
+{
+    enum status s = open_store(writer);
+    if (s == STATUS_OK)
+        s = store_begin(writer->store);
+    if (s != STATUS_OK) {
+        fail_all(group, s);
+        return;
+    }
+    for (struct job *job = group->first; job != NULL; job = job->next) {
+        struct write_job *write = (struct write_job *)job;
+        write->status = run_in_group(writer->store, write);
+        note_member(writer, write);
+    }
+    s = store_commit(writer->store);
+    if (s != STATUS_OK)
+        fail_kept(group, s);
+}
+
+static int64_t now_us(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (int64_t)t.tv_sec * 1000000 + t.tv_nsec / 1000;
+}
+
+static void count(struct writer *writer, size_t jobs, int64_t took_us)
+{
+    pthread_mutex_lock(&writer->lock);
+    writer->counts.groups++;
+    writer->counts.jobs += jobs;
+    if (took_us > writer->counts.longest_us)
+        writer->counts.longest_us = took_us;
+    pthread_mutex_unlock(&writer->lock);
+}
+
+static void do_all(struct writer *writer, struct job_list *jobs)
+{
+    while (jobs->first != NULL) {
+        struct job_list group;
+        int64_t begun_us = now_us();
+        take_group(jobs, &group);
+        if (group.n > 0) {
+            write_group(writer, &group);
+        } else {
+            struct write_job *job = (struct write_job *)job_list_take(jobs);
+            job->status = run_alone(writer, job);
+            note_member(writer, job);
+            job_list_add(&group, &job->job);
+        }
+        count(writer, group.n, now_us() - begun_us);
+        inbox_put_all(writer->inbox, &group);
+    }
+}
+
+static void *work(void *context)
+{
+    struct writer *writer = context;
+    bool closed = false;
+    while (!closed) {
+        struct job_list jobs;
+        job_queue_take_all(&writer->queue, -1, &closed, &jobs);
+        do_all(writer, &jobs);
+    }
+    store_close(writer->store);
+    return NULL;
+}
+
+/* ---- the thread --------------------------------------------------------------------------------
+ */
+
+enum status writer_open(struct store_claim *claim, struct inbox *inbox, struct writer **ret)
+{
+    struct writer *writer = calloc(1, sizeof *writer);
+    if (writer == NULL)
+        return STATUS_NO_MEMORY;
+    writer->claim = claim;
+    writer->inbox = inbox;
+    job_queue_init(&writer->queue);
+    pthread_mutex_init(&writer->lock, NULL);
+    if (pthread_create(&writer->thread, NULL, work, writer) != 0) {
+        log_error("station: cannot start the writer's thread");
+        pthread_mutex_destroy(&writer->lock);
+        job_queue_done(&writer->queue);
+        free(writer);
+        return STATUS_NO_MEMORY;
+    }
+    *ret = writer;
+    return STATUS_OK;
+}
+
+void writer_ask(struct writer *writer, struct write_job *job)
+{
+    if (job_queue_put(&writer->queue, &job->job))
+        return;
+    job->status = STATUS_CANCELLED;
+    inbox_put(writer->inbox, &job->job);
+}
+
+void writer_stop(struct writer *writer)
+{
+    if (writer == NULL)
+        return;
+    job_queue_close(&writer->queue);
+    pthread_join(writer->thread, NULL);
+}
+
+void writer_close(struct writer *writer)
+{
+    if (writer == NULL)
+        return;
+    pthread_mutex_destroy(&writer->lock);
+    job_queue_done(&writer->queue);
+    free(writer);
+}
+
+struct writer_counts writer_count(struct writer *writer)
+{
+    pthread_mutex_lock(&writer->lock);
+    struct writer_counts counts = writer->counts;
+    writer->counts.longest_us = 0;
+    pthread_mutex_unlock(&writer->lock);
+    return counts;
+}

@@ -1,0 +1,75 @@
+/* writer.h - the one thread that writes station.db.
+ *
+ * It takes what has queued up as one group: one transaction, one sync (group commit).
+ * A job is done() on the loop's thread only after that commit, so whoever answers a
+ * client there answers for what is on the disk. */
+#ifndef SKINSPEC_STATION_WRITER_H
+#define SKINSPEC_STATION_WRITER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "db/store.h"
+#include "station/job.h"
+
+enum { WRITER_GROUP_MAX = 256 };
+
+enum write_kind {
+    WRITE_RECORD,
+    WRITE_CALIBRATION,
+    WRITE_SUBJECT,
+    WRITE_AUDIT,
+    /* Alone, between groups. */
+    WRITE_OPEN, /* open the store, or tell how it stands: `opened` out */
+    WRITE_FORGET,
+    WRITE_FINISH_ERASING,
+    WRITE_PRUNE,
+    WRITE_RESTART_WAL,
+    WRITE_BEGIN_ANEW, /* after damage; `opened` out */
+};
+
+struct write_job {
+    struct job job; /* done() is the caller's; run() is not used */
+    enum write_kind kind;
+    union {
+        struct store_record *record; /* borrowed until done() */
+        struct store_calibration calibration;
+        struct store_subject *subject; /* borrowed; FORGET reads its id alone */
+        struct {
+            const char *action; /* a constant */
+            char entity[STORE_UUID_SIZE];
+        } audit;
+        struct {
+            char station_id[STORE_UUID_SIZE];
+            int64_t fence; /* the highest on record */
+        } opened;
+    };
+    char who[STORE_TEXT_SIZE]; /* for the audit row */
+    /* out */
+    enum status status;  /* as in db/store.h; STATUS_READ_ONLY while there is no store to write */
+    char bad_member[32]; /* with STATUS_NOT_FOUND, STATUS_RANGE */
+    bool known;          /* RECORD: the uuid was there */
+    bool erased;         /* FORGET, FINISH_ERASING */
+    bool restarted;      /* RESTART_WAL */
+    void *context;       /* the caller's */
+};
+
+struct writer;
+
+/* Start the thread.  The claim stays the caller's and outlives the writer; the store is
+ * opened by the first job that needs it, and stays open. */
+enum status writer_open(struct store_claim *claim, struct inbox *inbox, struct writer **ret);
+void writer_ask(struct writer *writer, struct write_job *job);
+
+/* Write what has been asked, close the store, end the thread.  What is asked later is done
+ * with STATUS_CANCELLED.  Takes NULL. */
+void writer_stop(struct writer *writer);
+void writer_close(struct writer *writer); /* after writer_stop() */
+
+struct writer_counts {
+    uint64_t groups, jobs;
+    int64_t longest_us; /* of a group, since the last time this was asked */
+};
+struct writer_counts writer_count(struct writer *writer);
+
+#endif

@@ -1,0 +1,111 @@
+#!/usr/bin/env python3
+"""test_kill.py - the short form of tests/soak/kill.py, and whether its look at station.db sees
+what would be wrong.
+
+    SKINSPEC_KILLS   how often (50; under sanitizers 12)
+    SKINSPEC_SEED    of what is by chance (1)
+"""
+
+import contextlib
+import os
+import shutil
+import sqlite3
+import sys
+import tempfile
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "soak"))
+
+import station_file  # noqa: E402
+from daemon import INSTRUMENTED, Case, main, new_uuid  # noqa: E402
+from kill import Killing  # noqa: E402
+
+KILLS = int(os.environ.get("SKINSPEC_KILLS", 12 if INSTRUMENTED else 50))
+SEED = int(os.environ.get("SKINSPEC_SEED", 1))
+
+
+class Kill(Case):
+    instruments = None
+
+    def test_what_was_acknowledged_is_there_once(self):
+        killing = Killing(SEED)
+        print(killing.run(KILLS))
+        self.assertGreater(killing.with_records, KILLS // 4, "kills came too early to tell")
+        self.assertGreater(len(killing.ledger.records), KILLS)
+
+
+# Without the triggers, as somebody with a hex editor.
+TAMPERED = (
+    ("a record is gone", "DELETE FROM measurement WHERE seq = 2", "seq has gaps"),
+    ("the last one is gone", "DELETE FROM measurement WHERE seq = 3", "1 of 3 acknowledged"),
+    ("a value", "UPDATE measurement SET L = L + 1e-9 WHERE seq = 1", "seq 1: L are not as told"),
+    ("a match", "UPDATE match SET result = '{}' WHERE measurement = 1", "seq 1: result"),
+    ("a second one of a uuid", "UPDATE measurement SET uuid = (SELECT uuid FROM measurement "
+     "WHERE seq = 1) WHERE seq = 2", "1 uuids are there twice"),
+    ("ids out of order", "UPDATE measurement SET id = '0' || substr(id, 2, 34) || '0' WHERE seq = 3;"
+     "UPDATE measurement SET id = 'f' || substr(id, 2) WHERE seq = 1", "ids do not rise"),
+    ("a fence twice", "UPDATE measurement SET operator = 'x', fence = 1 WHERE seq = 2",
+     "were given twice"),
+    ("a calibration", "DELETE FROM calibration WHERE step = 'zero'", "calibrations are missing"),
+    ("a subject", "DELETE FROM subject", "is missing"),
+    ("a person", "DELETE FROM subject_person", "the person of subject"),
+    ("an audit row", "DELETE FROM audit WHERE id = 3", "audit_chain.py: wrong"),
+    ("a reference", "UPDATE measurement SET site = 99", "foreign_key_check"),
+)  # fmt: skip
+
+
+class Look(Case):
+    """station_file.check() on a store of three records that somebody has altered."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.ledger = station_file.Ledger()
+        with cls.daemon.client(operator="Ada") as c:
+            subject = c.call("subject.add", person={"name": "Person-" + "0" * 32})["id"]
+            cls.ledger.subjects[subject] = True
+            lease = c.acquire()["lease"]
+            for step in ("zero", "white"):
+                done = c.call("instrument.calibrate", lease=lease, step=step)
+                cls.ledger.calibrations.add(done["calibration_id"])
+            for _ in range(3):
+                cls.ledger.record(c.measure(lease, subject=subject))
+
+    def altered(self, sql):
+        """A copy of the state folder on which this SQL was run."""
+        state = tempfile.mkdtemp(prefix="sk.", dir="/tmp")
+        self.addCleanup(shutil.rmtree, state)
+        for name in ("station.db", "station.db-wal"):
+            shutil.copy(os.path.join(self.daemon.state, name), state)
+        with contextlib.closing(sqlite3.connect(os.path.join(state, "station.db"))) as db:
+            for (trigger,) in db.execute("SELECT name FROM sqlite_schema WHERE type = 'trigger'").fetchall():
+                db.execute(f"DROP TRIGGER {trigger}")
+            db.executescript(sql)
+        return state
+
+    def test_sound(self):
+        self.assertEqual(station_file.check(self.altered(""), self.ledger)[0], 3)
+
+    def test_altered(self):
+        for what, sql, says in TAMPERED:
+            with self.subTest(what=what):
+                with self.assertRaises(AssertionError) as caught:
+                    station_file.check(self.altered(sql), self.ledger)
+                self.assertIn(says, str(caught.exception))
+
+    def test_a_name_that_was_erased(self):
+        ledger = station_file.Ledger()
+        ledger.erased.add("Person-" + "0" * 32)
+        with self.assertRaises(AssertionError) as caught:
+            station_file.check(self.altered(""), ledger)
+        self.assertIn("1 names that were erased", str(caught.exception))
+
+    def test_told_otherwise(self):
+        """The same uuid, another answer."""
+        uuid, told = next(iter(self.ledger.records.items()))
+        record = {"uuid": uuid, **told}
+        with self.assertRaises(AssertionError):
+            self.ledger._keep(uuid, {**record, "seq": told["seq"] + 1})
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,224 @@
+/* test_writer.c - group commit: what is done is on the disk, each job on its own. */
+#include "station/writer.h"
+
+#include <poll.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "tests/store/tools.h"
+#include "tests/support/heard.h"
+
+static char folder[FOLDER_PATH_SIZE];
+static struct store_claim *claim;
+static struct inbox inbox;
+static struct writer *writer;
+static struct dice dice;
+static size_t done_n;
+
+void setUp(void)
+{
+    dice = (struct dice){ 20260722 };
+    done_n = 0;
+    TEST_ASSERT_TRUE(folder_make(folder));
+    TRY(store_claim(folder, &claim));
+    TRY(inbox_init(&inbox));
+    TRY(writer_open(claim, &inbox, &writer));
+}
+
+void tearDown(void)
+{
+    writer_stop(writer);
+    writer_close(writer);
+    inbox_done(&inbox);
+    store_claim_release(claim);
+    folder_remove(folder);
+}
+
+static void count(struct job *job)
+{
+    (void)job;
+    done_n++;
+}
+
+static void drain_until(size_t n)
+{
+    while (done_n < n) {
+        struct pollfd p = { .fd = inbox.fd, .events = POLLIN };
+        TEST_ASSERT_EQUAL_INT_MESSAGE(1, poll(&p, 1, 10000), "the writer does not answer");
+        inbox_drain(&inbox);
+    }
+}
+
+static struct write_job record_job(void)
+{
+    struct write_job job = { .job.done = count, .kind = WRITE_RECORD };
+    job.record = records_make(&dice);
+    TEST_ASSERT_NOT_NULL(job.record);
+    return job;
+}
+
+static int64_t newest(void)
+{
+    struct store_reader *reader;
+    int64_t seq;
+    TRY(store_reader_open(folder, &reader));
+    TRY(store_newest(reader, &seq));
+    store_reader_close(reader);
+    return seq;
+}
+
+/* ---- records ------------------------------------------------------------------------------ */
+
+enum { MANY = 40 };
+
+/* Some refused in between: the others are kept, without a gap. */
+static void test_each_job_on_its_own(void)
+{
+    static struct write_job job[MANY];
+    int64_t kept = 0;
+    for (size_t i = 0; i < MANY; i++) {
+        job[i] = record_job();
+        if (i % 7 == 3)
+            strcpy(job[i].record->subject, "00000000-0000-4000-8000-000000000000");
+        writer_ask(writer, &job[i]);
+    }
+    drain_until(MANY);
+    for (size_t i = 0; i < MANY; i++) {
+        if (i % 7 == 3) {
+            TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, job[i].status);
+            TEST_ASSERT_EQUAL_STRING("subject", job[i].bad_member);
+        } else {
+            TEST_ASSERT_EQUAL_INT(STATUS_OK, job[i].status);
+            TEST_ASSERT_EQUAL_INT64(++kept, job[i].record->seq);
+        }
+        free(job[i].record);
+    }
+    TEST_ASSERT_EQUAL_INT64(kept, newest());
+    struct writer_counts counts = writer_count(writer);
+    TEST_ASSERT_TRUE(counts.jobs == MANY && counts.groups >= 1 && counts.groups <= MANY);
+}
+
+static void test_retry_is_known(void)
+{
+    struct write_job first = record_job(), again = record_job(), other = record_job();
+    strcpy(again.record->uuid, first.record->uuid);
+    strcpy(again.record->parameters_sha256, first.record->parameters_sha256);
+    strcpy(other.record->uuid, first.record->uuid);
+    writer_ask(writer, &first);
+    writer_ask(writer, &again);
+    writer_ask(writer, &other);
+    drain_until(3);
+    TEST_ASSERT_TRUE(first.status == STATUS_OK && !first.known);
+    TEST_ASSERT_TRUE(again.status == STATUS_OK && again.known);
+    TEST_ASSERT_EQUAL_STRING(first.record->id, again.record->id);
+    TEST_ASSERT_EQUAL_INT(STATUS_EXISTS, other.status);
+    TEST_ASSERT_EQUAL_INT64(1, newest());
+    free(first.record);
+    free(again.record);
+    free(other.record);
+}
+
+/* ---- the other kinds ------------------------------------------------------------------------ */
+
+static void test_opening_tells_id_and_fence(void)
+{
+    struct write_job before = { .job.done = count, .kind = WRITE_OPEN };
+    struct write_job record = record_job();
+    struct write_job after = { .job.done = count, .kind = WRITE_OPEN };
+    record.record->fence = 41;
+    writer_ask(writer, &before);
+    writer_ask(writer, &record);
+    writer_ask(writer, &after);
+    drain_until(3);
+    TEST_ASSERT_TRUE(before.status == STATUS_OK && after.status == STATUS_OK);
+    TEST_ASSERT_EQUAL_size_t(36, strlen(before.opened.station_id));
+    TEST_ASSERT_EQUAL_STRING(before.opened.station_id, after.opened.station_id);
+    TEST_ASSERT_EQUAL_INT64(0, before.opened.fence);
+    TEST_ASSERT_EQUAL_INT64(41, after.opened.fence);
+    free(record.record);
+}
+
+static void test_subjects_calibrations_and_audit(void)
+{
+    struct store_subject subject = { .name = "Ada" }, nobody = { .id = "no-such" };
+    struct write_job job[] = {
+        { .kind = WRITE_SUBJECT, .subject = &subject, .who = "Jo, uid 0" },
+        { .kind = WRITE_CALIBRATION, .calibration = { .instrument = records_instrument(),
+                                                      .step = "white" } },
+        { .kind = WRITE_AUDIT, .audit = { .action = "test.note" }, .who = "Jo" },
+        { .kind = WRITE_FINISH_ERASING },
+        { .kind = WRITE_PRUNE },
+        { .kind = WRITE_FORGET, .subject = &subject, .who = "Jo" },
+        { .kind = WRITE_FORGET, .subject = &nobody },
+        { .kind = WRITE_BEGIN_ANEW },
+    };
+    enum { JOBS = sizeof job / sizeof *job };
+    for (size_t i = 0; i < JOBS; i++) {
+        job[i].job.done = count;
+        writer_ask(writer, &job[i]);
+        drain_until(i + 1);
+    }
+    for (size_t i = 0; i < 6; i++)
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, job[i].status);
+    TEST_ASSERT_TRUE(job[3].erased && job[5].erased);
+    TEST_ASSERT_EQUAL_size_t(36, strlen(job[1].calibration.id));
+    TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, job[6].status);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_NOT_FOUND, job[7].status, "a sound store");
+}
+
+/* ---- when it cannot ---------------------------------------------------------------------------- */
+
+static void test_damaged_until_begun_anew(void)
+{
+    char path[FOLDER_PATH_SIZE];
+    struct write_job record = record_job(), refused, anew, after;
+    writer_ask(writer, &record);
+    drain_until(1);
+    writer_stop(writer);
+    writer_close(writer);
+    TEST_ASSERT_EQUAL_INT(0, truncate(folder_path(folder, "station.db", path), 5000));
+    TRY(writer_open(claim, &inbox, &writer));
+    refused = after = record;
+    anew = (struct write_job){ .job.done = count, .kind = WRITE_BEGIN_ANEW };
+    heard_start();
+    writer_ask(writer, &refused);
+    drain_until(2);
+    writer_ask(writer, &anew);
+    drain_until(3);
+    writer_ask(writer, &after);
+    drain_until(4);
+    heard_stop();
+    TEST_ASSERT_EQUAL_INT(STATUS_DAMAGED, refused.status);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, anew.status);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, after.status);
+    free(record.record);
+}
+
+static void test_stopped_writer_cancels(void)
+{
+    struct write_job before = record_job(), after = record_job();
+    writer_ask(writer, &before);
+    writer_stop(writer);
+    writer_ask(writer, &after);
+    drain_until(2);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, before.status, "asked before: written");
+    TEST_ASSERT_EQUAL_INT(STATUS_CANCELLED, after.status);
+    TEST_ASSERT_EQUAL_INT64(1, newest());
+    free(before.record);
+    free(after.record);
+    writer_close(writer);
+    TRY(writer_open(claim, &inbox, &writer)); /* for tearDown() */
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_each_job_on_its_own);
+    RUN_TEST(test_retry_is_known);
+    RUN_TEST(test_opening_tells_id_and_fence);
+    RUN_TEST(test_subjects_calibrations_and_audit);
+    RUN_TEST(test_damaged_until_begun_anew);
+    RUN_TEST(test_stopped_writer_cancels);
+    return UNITY_END();
+}
