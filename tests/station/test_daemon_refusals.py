@@ -309,12 +309,12 @@ class Requests(Case):
     def test_use_renews_a_lease(self):
         c, lease = self.ready()
         c.call("instrument.release", lease=lease)
-        lease = c.acquire(ttl_ms=1000)["lease"]
+        lease = c.acquire(ttl_ms=3000)["lease"]
         for _ in range(4):
-            time.sleep(0.4)
-            c.call("instrument.renew", lease=lease, ttl_ms=1000)
+            time.sleep(1.0)
+            c.call("instrument.renew", lease=lease, ttl_ms=3000)
         for _ in range(3):
-            time.sleep(0.4)
+            time.sleep(1.0)
             c.measure(lease)
 
     def test_versions(self):
