@@ -46,7 +46,7 @@ program := $(BUILD)/skinspec
 daemon  := $(BUILD)/skinspecd
 tables  := $(BUILD)/tables/table-two-layer.db $(BUILD)/tables/table-paper.db
 
-.PHONY: FORCE help all demo test test-fuzz asan cover lint format docs install clean \
+.PHONY: FORCE help all demo test test-fuzz test-kill test-soak soak bench asan cover lint format docs install clean \
         need-build need-test need-fuzz need-lint
 .DELETE_ON_ERROR:
 .SECONDARY:
@@ -71,6 +71,20 @@ test-fuzz: need-fuzz ## random lines and sessions against the station for FUZZ_S
 	@tools/protocol-docs --seeds $(BUILD)/fuzz/seeds-protocol --sessions $(BUILD)/fuzz/seeds-session \
 	    --dictionary $(BUILD)/fuzz/protocol.dict
 	@tools/run-fuzzers $(BUILD)/fuzz $(FUZZ_SECONDS) $(fuzzed)
+
+KILLS ?= 500
+test-kill: need-test $(program) $(daemon) $(tables) ## the station killed KILLS (500) times while four clients measure
+	@BUILD=$(BUILD) python3 -B tests/soak/kill.py $(KILLS)
+
+SOAK_SECONDS ?= 60
+test-soak: need-test ## 32 clients for SOAK_SECONDS (60) under AddressSanitizer, then ThreadSanitizer
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan CFLAGS='-O1 -g -fno-omit-frame-pointer' \
+	    EXTRA='-fsanitize=address,undefined -fno-sanitize-recover=all' soak
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/tsan CFLAGS='-O1 -g -fno-omit-frame-pointer' \
+	    EXTRA='-fsanitize=thread' soak
+
+soak: $(program) $(daemon) $(tables)
+	@BUILD=$(BUILD) python3 -B tests/soak/soak.py $(SOAK_SECONDS)
 
 asan: ## all tests under AddressSanitizer and UndefinedBehaviorSanitizer
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan CFLAGS='-O1 -g -fno-omit-frame-pointer' \

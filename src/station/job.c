@@ -169,7 +169,7 @@ static struct timespec in_ms(int ms)
 static void wait_for_some(struct job_queue *queue, int timeout_ms)
 {
     struct timespec until = in_ms(timeout_ms < 0 ? 0 : timeout_ms);
-    int e = 0;
+    int e = timeout_ms == 0 ? ETIMEDOUT : 0; /* just looking needs no call of the system */
     while (queue->jobs.first == NULL && !queue->closed && e != ETIMEDOUT)
         e = timeout_ms < 0 ? pthread_cond_wait(&queue->some, &queue->lock)
                            : pthread_cond_timedwait(&queue->some, &queue->lock, &until);

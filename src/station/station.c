@@ -398,9 +398,9 @@ enum status station_open(struct station *station)
     if (s == STATUS_OK)
         s = station_claim_store(station);
     if (s == STATUS_OK)
-        s = worker_open(settings->state, &station->inbox, &station->reader);
+        s = worker_open(settings->state, false, &station->inbox, &station->reader);
     if (s == STATUS_OK)
-        s = worker_open(settings->state, &station->inbox, &station->chores);
+        s = worker_open(settings->state, true, &station->inbox, &station->chores);
     if (s == STATUS_OK)
         s = open_tables(station);
     if (s == STATUS_OK)

@@ -205,7 +205,8 @@ static bool read_number(struct reader *r)
         if (skip_digits(r) == 0)
             return fail(r, STRICT_JSON_SYNTAX);
     }
-    if (peek(r) == 'e' || peek(r) == 'E') {
+    bool has_exponent = peek(r) == 'e' || peek(r) == 'E';
+    if (has_exponent) {
         r->at++;
         if (peek(r) == '+' || peek(r) == '-')
             r->at++;
@@ -217,6 +218,8 @@ static bool read_number(struct reader *r)
     double x;
     if (n > STRICT_JSON_MAX_NUMBER)
         return fail(r, STRICT_JSON_NUMBER);
+    if (!has_exponent)
+        return true; /* so few digits are no more than 1e63 */
     memcpy(text, from, n);
     text[n] = '\0';
     return number_parse(text, &x) == STATUS_OK || fail(r, STRICT_JSON_NUMBER);

@@ -175,6 +175,9 @@ static void run(struct job *job, void *thread)
     e->job_status = loaded_table_open(path, &e->job_loaded);
     if (e->job_status != STATUS_OK)
         return;
+    /* Made here, the loop never has to wait for it; without memory it is tried again then. */
+    const struct matcher *matcher;
+    (void)loaded_matcher(e->job_loaded, matcher_default_by(loaded_table(e->job_loaded)), &matcher);
     /* Should the file have been replaced in between, what is in memory counts. */
     const struct table *table = loaded_table(e->job_loaded);
     e->job_info.recipe = table->recipe;

@@ -1,10 +1,15 @@
 /* worker.c - one job after the other, beside the loop. */
+#define _GNU_SOURCE /* gettid() */
 #include "station/worker.h"
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include "base/log.h"
+
+enum { BACKGROUND_NICE = 10 };
 
 struct worker {
     pthread_t thread;
@@ -14,7 +19,7 @@ struct worker {
     struct answer_weights weights;
     pthread_mutex_t lock; /* of the two below */
     struct store_reader *reader;
-    bool ending;
+    bool ending, in_background;
 };
 
 static bool is_ending(struct worker *worker)
@@ -65,6 +70,8 @@ static void *work(void *context)
 {
     struct worker *worker = context;
     bool closed = false;
+    if (worker->in_background) /* of this thread alone, as Linux has it */
+        (void)setpriority(PRIO_PROCESS, (id_t)gettid(), BACKGROUND_NICE);
     while (!closed) {
         struct job *job = job_queue_take(&worker->queue, -1, &closed);
         if (job == NULL)
@@ -76,7 +83,8 @@ static void *work(void *context)
     return NULL;
 }
 
-enum status worker_open(const char *state_folder, struct inbox *inbox, struct worker **ret)
+enum status worker_open(const char *state_folder, bool in_background, struct inbox *inbox,
+                        struct worker **ret)
 {
     struct worker *worker = calloc(1, sizeof *worker);
     if (worker == NULL || (worker->state_folder = strdup(state_folder)) == NULL) {
@@ -84,6 +92,7 @@ enum status worker_open(const char *state_folder, struct inbox *inbox, struct wo
         return STATUS_NO_MEMORY;
     }
     worker->inbox = inbox;
+    worker->in_background = in_background;
     job_queue_init(&worker->queue);
     pthread_mutex_init(&worker->lock, NULL);
     if (pthread_create(&worker->thread, NULL, work, worker) != 0) {

@@ -11,7 +11,9 @@
 
 struct worker;
 
-enum status worker_open(const char *state_folder, struct inbox *inbox, struct worker **ret);
+/* in_background: it gives way to the other threads where cores are short. */
+enum status worker_open(const char *state_folder, bool in_background, struct inbox *inbox,
+                        struct worker **ret);
 void worker_ask(struct worker *worker, struct job *job);
 struct job_queue *worker_queue(struct worker *worker);
 
