@@ -6,40 +6,12 @@
 #include "cli/out.h"
 
 static const struct argp_option options[] = {
-    OPTION_ROWS_SKIN,
-    { "gamma", OPTION_GAMMA, "X", 0, "Oxygenated share of the blood, 0..1 (0.75)", 0 },
-    OPTION_ROW_BANDS,
-    OPTION_ROWS_JSON,
-    { 0 },
-};
-
-struct arguments {
-    struct tissue tissue;
-    unsigned given;
-    struct option_bands bands;
-    enum out_format format;
+    OPTION_ROWS_SKIN, OPTION_ROW_GAMMA, OPTION_ROW_BANDS, OPTION_ROWS_JSON, { 0 },
 };
 
 static error_t parse(int key, char *text, struct argp_state *state)
 {
-    struct arguments *a = state->input;
-    switch (key) {
-    case OPTION_BANDS:
-        a->bands = option_bands(state, text);
-        break;
-    case ARGP_KEY_ARG:
-        argp_error(state, "'%s' is not expected; values go with options, see --help", text);
-        break;
-    case ARGP_KEY_END:
-        option_need_skin(state, a->given);
-        break;
-    default:
-        return option_format(key, &a->format) ||
-                       option_skin(key, text, state, &a->tissue, &a->given)
-                   ? 0
-                   : ARGP_ERR_UNKNOWN;
-    }
-    return 0;
+    return option_parse_skin_bands(key, text, state, state->input);
 }
 
 enum { COLUMNS = 5 };
@@ -83,7 +55,7 @@ int cmd_coefficients(int argc, char **argv)
         NULL,
         NULL
     };
-    struct arguments a = { tissue_of(0.0, 0.0, 0.0), 0, { 380.0, 10.0, 37 }, OUT_PLAIN };
+    struct option_skin_bands a = option_skin_bands_default();
     static struct chromophores chromophores;
     static double scratch[MEDIUM_SCRATCH(SPECTRUM_MAX_BANDS)];
     struct medium medium;

@@ -16,7 +16,6 @@
 #include "cli/plot.h"
 #include "cli/row_out.h"
 #include "cli/spectra.h"
-#include "colour/lab.h"
 #include "db/table_file.h"
 #include "match/match.h"
 
@@ -90,19 +89,9 @@ static void print_title(const struct demo *d, const struct spectra_row *row)
     puts("\n");
 }
 
-static void print_colour(const struct demo *d, const struct colour_row *c)
-{
-    printf("  colour   L* %.1f  a* %.1f  b* %.1f   sRGB %d %d %d #%02X%02X%02X%s  ", c->Lab[0],
-           c->Lab[1], c->Lab[2], c->sRGB[0], c->sRGB[1], c->sRGB[2], (unsigned)c->sRGB[0],
-           (unsigned)c->sRGB[1], (unsigned)c->sRGB[2], c->clipped ? " (clipped)" : "");
-    plot_swatch(stdout, d->style, c->sRGB);
-    printf("\n  ITA      %.1f degrees: %s (%s)\n", c->ITA, lab_ita_class(c->ITA), LAB_ITA_SCHEME);
-}
-
 static void print_match(const struct demo *d, const struct match *m, const struct nearest_hit *hits)
 {
-    printf("  skin     Cm %.4f  Bm %.2f  Ch %.4f   melanin %.2f %%, blood %.2f %%\n", m->row.Cm,
-           m->row.Bm, m->row.Ch, 100.0 * m->row.Cm, 100.0 * m->row.Ch);
+    match_out_skin(&m->row);
     printf("  distance %.4g by %s", m->distance, match_by_name(m->by));
     if (!isnan(m->dE00))
         printf(", dE00 %.2f", m->dE00);
@@ -159,7 +148,7 @@ static bool show(struct demo *d, struct spectra_row *row, double read_ms)
     }
     print_title(d, row);
     plot_spectrum(stdout, d->style, &row->spectrum);
-    print_colour(d, &colour);
+    colour_row_print(d->style, colour.Lab, colour.sRGB, colour.clipped, colour.ITA);
     print_match(d, &match, hits);
     printf("  time     read %.3f ms, colour %.3f ms, search %.3f ms over %zu rows\n", read_ms,
            coloured - begin, matched - coloured, d->table->n);

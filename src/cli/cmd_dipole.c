@@ -54,7 +54,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
         a->json = true;
         break;
     case ARGP_KEY_ARG:
-        argp_error(state, "'%s' is not expected; values go with options, see --help", text);
+        option_unexpected(state, text);
         break;
     case ARGP_KEY_END:
         if (isnan(a->sigma_a) || isnan(a->sigma_s_prime))

@@ -23,10 +23,7 @@ static const struct argp_option options[] = {
 
 struct arguments {
     const struct model *model;
-    struct tissue tissue;
-    unsigned given;
-    struct option_bands bands;
-    enum out_format format;
+    struct option_skin_bands skin;
 };
 
 static const struct model *spectral_model(struct argp_state *state, const char *name)
@@ -44,43 +41,29 @@ static const struct model *spectral_model(struct argp_state *state, const char *
 static error_t parse(int key, char *text, struct argp_state *state)
 {
     struct arguments *a = state->input;
-    switch (key) {
-    case OPTION_MODEL:
-        a->model = spectral_model(state, text);
-        break;
-    case OPTION_BANDS:
-        a->bands = option_bands(state, text);
-        break;
-    case ARGP_KEY_ARG:
-        argp_error(state, "'%s' is not expected; values go with options, see --help", text);
-        break;
-    case ARGP_KEY_END:
-        option_need_skin(state, a->given);
-        break;
-    default:
-        return option_format(key, &a->format) ||
-                       option_skin(key, text, state, &a->tissue, &a->given)
-                   ? 0
-                   : ARGP_ERR_UNKNOWN;
-    }
+    if (key != OPTION_MODEL)
+        return option_parse_skin_bands(key, text, state, &a->skin);
+    a->model = spectral_model(state, text);
     return 0;
 }
 
 static void print_csv(struct out *out, const struct arguments *a, const double *R)
 {
     static const char *const names[] = { "model", "Cm", "Bm", "Ch", "epidermis_mm", "specular" };
-    const double parameter[] = { a->tissue.Cm, a->tissue.Bm, a->tissue.Ch, a->tissue.epidermis_mm };
+    const double parameter[] = { a->skin.tissue.Cm, a->skin.tissue.Bm, a->skin.tissue.Ch,
+                                 a->skin.tissue.epidermis_mm };
     char text[NUMBER_TEXT_SIZE];
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         out_text(out, names[i]);
-    for (size_t i = 0; i < a->bands.n; i++)
-        out_text(out, number_format_exact(a->bands.first_nm + (double)i * a->bands.step_nm, text));
+    for (size_t i = 0; i < a->skin.bands.n; i++)
+        out_text(out, number_format_exact(
+                          a->skin.bands.first_nm + (double)i * a->skin.bands.step_nm, text));
     out_row(out);
     out_text(out, a->model->name);
     for (size_t i = 0; i < sizeof parameter / sizeof *parameter; i++)
         out_text(out, number_format_exact(parameter[i], text));
     out_text(out, specular_name(SPECULAR_SCE));
-    for (size_t i = 0; i < a->bands.n; i++)
+    for (size_t i = 0; i < a->skin.bands.n; i++)
         out_number(out, R[i], 9);
     out_row(out);
 }
@@ -89,14 +72,14 @@ static cJSON *to_json(const struct arguments *a, const double *R)
 {
     cJSON *object = cJSON_CreateObject(), *spectrum = cJSON_CreateObject();
     cJSON_AddStringToObject(object, "model", a->model->name);
-    out_member(object, "Cm", a->tissue.Cm);
-    out_member(object, "Bm", a->tissue.Bm);
-    out_member(object, "Ch", a->tissue.Ch);
-    out_member(object, "epidermis_mm", a->tissue.epidermis_mm);
+    out_member(object, "Cm", a->skin.tissue.Cm);
+    out_member(object, "Bm", a->skin.tissue.Bm);
+    out_member(object, "Ch", a->skin.tissue.Ch);
+    out_member(object, "epidermis_mm", a->skin.tissue.epidermis_mm);
     cJSON_AddStringToObject(object, "specular", specular_name(SPECULAR_SCE));
-    out_member(spectrum, "first_nm", a->bands.first_nm);
-    out_member(spectrum, "step_nm", a->bands.step_nm);
-    cJSON_AddItemToObject(spectrum, "values", out_numbers(R, a->bands.n));
+    out_member(spectrum, "first_nm", a->skin.bands.first_nm);
+    out_member(spectrum, "step_nm", a->skin.bands.step_nm);
+    cJSON_AddItemToObject(spectrum, "values", out_numbers(R, a->skin.bands.n));
     cJSON_AddItemToObject(object, "spectrum", spectrum);
     return object;
 }
@@ -114,22 +97,21 @@ int cmd_reflectance(int argc, char **argv)
         NULL,
         NULL
     };
-    struct arguments a = {
-        model_find("two-layer"), tissue_of(0.0, 0.0, 0.0), 0, { 380.0, 10.0, 37 }, OUT_PLAIN
-    };
+    struct arguments a = { model_find("two-layer"), option_skin_bands_default() };
     static struct chromophores chromophores;
     static double scratch[MEDIUM_SCRATCH(SPECTRUM_MAX_BANDS)], R[SPECTRUM_MAX_BANDS];
     struct out out;
     option_parse(&argp, "reflectance", argc, argv, &a);
-    enum status s = chromophores_init(a.bands.first_nm, a.bands.step_nm, a.bands.n, &chromophores);
+    enum status s = chromophores_init(a.skin.bands.first_nm, a.skin.bands.step_nm, a.skin.bands.n,
+                                      &chromophores);
     if (s == STATUS_OK)
-        s = model_reflectance(a.model, &a.tissue, &chromophores, scratch, R);
+        s = model_reflectance(a.model, &a.skin.tissue, &chromophores, scratch, R);
     if (s != STATUS_OK) { /* the options let nothing through that could fail */
         log_error("%s", status_text(s));
         return EXIT_FAILURE;
     }
-    out_begin(&out, a.format);
-    if (a.format == OUT_PLAIN)
+    out_begin(&out, a.skin.format);
+    if (a.skin.format == OUT_PLAIN)
         print_csv(&out, &a, R);
     else
         out_object(&out, to_json(&a, R));

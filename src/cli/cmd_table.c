@@ -21,16 +21,9 @@
 #include "db/table_verify.h"
 #include "optics/dipole.h"
 
-/* The results are out, or the command failed. */
-static int flush_exit(enum status s)
-{
-    struct out out = { .format = OUT_PLAIN };
-    return out_end(&out) == STATUS_OK && s == STATUS_OK ? EXIT_SUCCESS : EXIT_FAILURE;
-}
-
 /* ---- build ------------------------------------------------------------------ */
 
-enum { OPTION_MODEL = OPTION_OWN, OPTION_OUT, OPTION_RTREE, OPTION_FORCE, OPTION_RGB_AS };
+enum { OPTION_MODEL = OPTION_OWN, OPTION_OUT, OPTION_RTREE, OPTION_RGB_AS };
 
 static const struct argp_option build_options[] = {
     { "model", OPTION_MODEL, "M", 0, "two-layer, half-space or paper", 0 },
@@ -177,7 +170,7 @@ static error_t parse_build(int key, char *text, struct argp_state *state)
             (unsigned)option_count(state, "threads", text, 1, PARALLEL_MAX_THREADS);
         break;
     case ARGP_KEY_ARG:
-        argp_error(state, "'%s' is not expected; values go with options, see --help", text);
+        option_unexpected(state, text);
         break;
     case ARGP_KEY_END:
         finish_recipe(state, a);
@@ -224,7 +217,7 @@ static int run_build(int argc, char **argv)
         if (s == STATUS_OK)
             table_out_info(true, a.out, &info);
     }
-    return flush_exit(s);
+    return out_exit(s == STATUS_OK);
 }
 
 /* ---- info and verify ---------------------------------------------------------- */
@@ -233,8 +226,7 @@ enum { OPTION_TABLES = OPTION_OWN };
 
 static const struct argp_option look_options[] = {
     { "tables", OPTION_TABLES, "DIR", 0, "Where to look for a table given by name", 0 },
-    { "json", OPTION_JSON, NULL, 0, "Print a JSON object", 0 },
-    { "ndjson", OPTION_NDJSON, NULL, 0, "The same", 0 },
+    OPTION_ROWS_JSON_ONE,
     { 0 },
 };
 
@@ -283,7 +275,7 @@ static int run_info(int argc, char **argv)
         table_file_info(path, &info) != STATUS_OK)
         return EXIT_FAILURE;
     table_out_info(a.json, path, &info);
-    return flush_exit(STATUS_OK);
+    return out_exit(true);
 }
 
 static void print_report(const struct look_arguments *a, const struct table_verify_report *r,
@@ -334,7 +326,7 @@ static int run_verify(int argc, char **argv)
     progress_bar_end(&bar);
     if (report.rows > 0)
         print_report(&a, &report, s);
-    return flush_exit(s);
+    return out_exit(s == STATUS_OK);
 }
 
 static const struct {
@@ -359,5 +351,5 @@ int cmd_table(int argc, char **argv)
     for (size_t i = 0; i < sizeof subcommands / sizeof *subcommands; i++)
         fprintf(stream, "  %-7s %s\n", subcommands[i].name, subcommands[i].summary);
     fputs("'skinspec table COMMAND --help' tells more.\n", stream);
-    return help ? EXIT_SUCCESS : EXIT_USAGE;
+    return help ? out_exit(true) : EXIT_USAGE;
 }

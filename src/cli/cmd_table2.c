@@ -49,7 +49,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
     enum out_format *format = state->input;
     switch (key) {
     case ARGP_KEY_ARG:
-        argp_error(state, "'%s' is not expected; values go with options, see --help", text);
+        option_unexpected(state, text);
         break;
     default:
         return option_format(key, format) ? 0 : ARGP_ERR_UNKNOWN;

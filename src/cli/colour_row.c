@@ -1,6 +1,8 @@
 /* colour_row.c - spectrum -> XYZ -> everything else. */
 #include "cli/colour_row.h"
 
+#include <stdio.h>
+
 #include "colour/lab.h"
 #include "colour/srgb.h"
 
@@ -31,6 +33,16 @@ void colour_row_json(cJSON *object, const struct colour_row *colour, bool adapte
     out_member(object, "ITA", colour->ITA);
     cJSON_AddStringToObject(object, "ITA_class", lab_ita_class(colour->ITA));
     cJSON_AddStringToObject(object, "ITA_scheme", LAB_ITA_SCHEME);
+}
+
+void colour_row_print(struct plot_style style, const double Lab[3], const int sRGB[3], bool clipped,
+                      double ITA)
+{
+    printf("  colour   L* %.1f  a* %.1f  b* %.1f   sRGB %d %d %d #%02X%02X%02X%s  ", Lab[0], Lab[1],
+           Lab[2], sRGB[0], sRGB[1], sRGB[2], (unsigned)sRGB[0], (unsigned)sRGB[1],
+           (unsigned)sRGB[2], clipped ? " (clipped)" : "");
+    plot_swatch(stdout, style, sRGB);
+    printf("\n  ITA      %.1f degrees: %s (%s)\n", ITA, lab_ita_class(ITA), LAB_ITA_SCHEME);
 }
 
 enum status colour_weights(const struct spectra *spectra, enum illuminant illuminant,

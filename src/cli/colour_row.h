@@ -1,10 +1,11 @@
-/* colour_row.h - all that `convert` and `demo` say about one spectrum's colour. */
+/* colour_row.h - all that the commands say about one spectrum's colour. */
 #ifndef SKINSPEC_CLI_COLOUR_ROW_H
 #define SKINSPEC_CLI_COLOUR_ROW_H
 
 #include <stdbool.h>
 
 #include "cli/out.h"
+#include "cli/plot.h"
 #include "cli/spectra.h"
 #include "colour/xyz.h"
 
@@ -22,6 +23,10 @@ bool colour_is_adapted(enum illuminant illuminant, enum observer observer);
 
 /* The members XYZ, Lab, LCh, sRGB, clipped, adapted, ITA and its class. */
 void colour_row_json(cJSON *object, const struct colour_row *colour, bool adapted);
+
+/* The lines "colour" and "ITA" on standard output, for a person. */
+void colour_row_print(struct plot_style style, const double Lab[3], const int sRGB[3], bool clipped,
+                      double ITA);
 
 /* Weights for a file's bands; why there are none is logged.  Statuses of
  * xyz_weights_init(). */

@@ -4,11 +4,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "base/log.h"
 #include "base/version.h"
 #include "cli/command.h"
 #include "cli/options.h"
+#include "cli/out.h"
 
 const char *argp_program_version = "skinspec " SKINSPEC_VERSION;
 
@@ -26,6 +28,14 @@ static const struct command {
     { "dipole", "--sigma-a X --sigma-s-prime X", "a medium -> its diffuse reflectance",
       cmd_dipole },
     { "table2", "", "the paper's Table 2, recomputed beside the print", cmd_table2 },
+    { "measure", "[--site TEXT]...", "a reading through the station", cmd_measure },
+    { "calibrate", "", "zero and white, step by step", cmd_calibrate },
+    { "devices", "", "the station's instruments and what they need", cmd_devices },
+    { "status", "", "how the station is", cmd_status },
+    { "watch", "[--topics A,B]", "the station's events as they come", cmd_watch },
+    { "history", "[ID]", "its records", cmd_history },
+    { "export", "[--out FILE]", "its records as CSV, JSON or CGATS", cmd_export },
+    { "store", "verify|subjects|...", "its store: check it, people in it", cmd_store },
 };
 
 enum { COMMANDS = sizeof commands / sizeof *commands };
@@ -43,7 +53,8 @@ static void print_help(FILE *stream)
           "  skinspec --version\n\n"
           "Begin with 'skinspec demo', or 'skinspec convert FILE' on spectra of your own: CSV\n"
           "with a header as id,400,410,...,700 and reflectance 0..1 below it.  '-' reads\n"
-          "standard input.  Exit status: 0 done, 1 failed, 2 usage.\n",
+          "standard input.  Those from 'measure' on talk to the station's daemon, skinspecd.\n"
+          "Exit status: 0 done, 1 failed, 2 usage.\n",
           stream);
 }
 
@@ -53,9 +64,17 @@ static int no_such_command(const char *name)
     return EXIT_USAGE;
 }
 
+/* argp ends the program after --help without a look at whether it could be written. */
+static void check_output(void)
+{
+    if (out_exit(true) != EXIT_SUCCESS)
+        _exit(EXIT_FAILURE);
+}
+
 int main(int argc, char **argv)
 {
     argp_err_exit_status = EXIT_USAGE;
+    atexit(check_output);
     signal(SIGXFSZ, SIG_IGN); /* a file too large is then an error that can be told */
     if (argc < 2) {
         print_help(stderr);

@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "station/wire.h"
+
 enum { DIGITS = 9 };
 
 void match_columns_init(struct match_columns *columns, size_t k)
@@ -66,43 +68,21 @@ void match_out_csv(struct out *out, const struct table *table, const struct matc
     }
 }
 
-static void add_nearest(cJSON *object, const struct table *table, const struct match *match,
-                        const struct nearest_hit *hits)
-{
-    cJSON *nearest = cJSON_AddArrayToObject(object, "nearest");
-    for (size_t i = 0; i < match->found; i++) {
-        struct table_row near;
-        cJSON *one = cJSON_CreateObject();
-        table_get(table, hits[i].row, &near);
-        out_member(one, "row", (double)hits[i].row + 1.0);
-        out_member(one, "Cm", near.Cm);
-        out_member(one, "Bm", near.Bm);
-        out_member(one, "Ch", near.Ch);
-        out_member(one, "distance", hits[i].distance);
-        cJSON_AddItemToArray(nearest, one);
-    }
-}
-
 void match_out_json(cJSON *object, const struct table *table, const struct match *match,
                     const struct nearest_hit *hits, size_t k)
 {
-    const struct table_row *row = &match->row;
-    out_member(object, "Cm", row->Cm);
-    out_member(object, "Bm", row->Bm);
-    out_member(object, "Ch", row->Ch);
-    out_member(object, "L", row->Lab[0]);
-    out_member(object, "a", row->Lab[1]);
-    out_member(object, "b", row->Lab[2]);
-    out_member(object, "dE00", match->dE00);
-    out_member(object, "rms", match->rms);
-    out_member(object, "distance", match->distance);
-    cJSON_AddStringToObject(object, "by", match_by_name(match->by));
-    cJSON_AddStringToObject(object, "table", table->name);
-    cJSON_AddStringToObject(object, "table_sha256", table->sha256);
-    if (k > 0)
-        add_nearest(object, table, match, hits);
-    cJSON *flags = cJSON_AddArrayToObject(object, "flags");
-    for (size_t i = 0; i < MATCH_FLAG_COUNT; i++)
-        if (match->flags & 1u << i)
-            cJSON_AddItemToArray(flags, cJSON_CreateString(match_flag_name(i)));
+    cJSON *made;
+    if (wire_match(table, match, hits, k, &made) != STATUS_OK)
+        out_of_memory(); /* its numbers are finite: only memory can be wanting */
+    while (made->child != NULL) {
+        cJSON *member = cJSON_DetachItemViaPointer(made, made->child);
+        cJSON_AddItemToObject(object, member->string, member);
+    }
+    cJSON_Delete(made);
+}
+
+void match_out_skin(const struct table_row *row)
+{
+    printf("  skin     Cm %.4f  Bm %.2f  Ch %.4f   melanin %.2f %%, blood %.2f %%\n", row->Cm,
+           row->Bm, row->Ch, 100.0 * row->Cm, 100.0 * row->Ch);
 }

@@ -1,4 +1,4 @@
-/* match_out.h - the match object, as JSON and as CSV columns. */
+/* match_out.h - the match object: as JSON, as CSV columns, and for a person. */
 #ifndef SKINSPEC_CLI_MATCH_OUT_H
 #define SKINSPEC_CLI_MATCH_OUT_H
 
@@ -19,8 +19,11 @@ void match_columns_init(struct match_columns *columns, size_t k);
 void match_out_csv(struct out *out, const struct table *table, const struct match *match,
                    const struct nearest_hit *hits, size_t k);
 
-/* Members of the match object; `nearest` only where k > 0. */
+/* Members of the match object as the protocol has them; `nearest` only where k > 0. */
 void match_out_json(cJSON *object, const struct table *table, const struct match *match,
                     const struct nearest_hit *hits, size_t k);
+
+/* The line "skin  Cm ... blood ..." on standard output. */
+void match_out_skin(const struct table_row *row);
 
 #endif

@@ -5,8 +5,10 @@
 #include <stdlib.h>
 
 #include "base/number.h"
+#include "base/uuid.h"
 #include "db/table_schema.h"
 #include "optics/dipole.h"
+#include "station/protocol.h"
 
 double option_number(struct argp_state *state, const char *option, const char *text, double low,
                      double high)
@@ -119,12 +121,74 @@ bool option_skin(int key, const char *text, struct argp_state *state, struct tis
     return true;
 }
 
-void option_need_skin(struct argp_state *state, unsigned given)
+static void need_skin(struct argp_state *state, unsigned given)
 {
     static const char *const name[] = { "cm", "bm", "ch" };
     for (unsigned i = 0; i < 3; i++)
         if (!(given & 1u << i))
             argp_error(state, "--%s is missing", name[i]);
+}
+
+struct option_skin_bands option_skin_bands_default(void)
+{
+    return (
+        struct option_skin_bands){ tissue_of(0.0, 0.0, 0.0), 0, { 380.0, 10.0, 37 }, OUT_PLAIN };
+}
+
+error_t option_parse_skin_bands(int key, char *text, struct argp_state *state,
+                                struct option_skin_bands *a)
+{
+    switch (key) {
+    case OPTION_BANDS:
+        a->bands = option_bands(state, text);
+        return 0;
+    case ARGP_KEY_ARG:
+        option_unexpected(state, text);
+        return 0;
+    case ARGP_KEY_END:
+        need_skin(state, a->given);
+        return 0;
+    default:
+        return option_format(key, &a->format) ||
+                       option_skin(key, text, state, &a->tissue, &a->given)
+                   ? 0
+                   : ARGP_ERR_UNKNOWN;
+    }
+}
+
+error_t option_station(int key, char *text, struct argp_state *state,
+                       struct option_station *station)
+{
+    if (key == OPTION_SOCKET)
+        station->socket = text;
+    else if (key == ARGP_KEY_ARG)
+        option_unexpected(state, text);
+    else if (!option_format(key, &station->format))
+        return ARGP_ERR_UNKNOWN;
+    return 0;
+}
+
+error_t option_parse_station(int key, char *text, struct argp_state *state)
+{
+    return option_station(key, text, state, state->input);
+}
+
+const char *option_uuid(struct argp_state *state, const char *option, const char *text)
+{
+    if (!uuid_is_text(text))
+        argp_error(state, "%s: '%s' is no uuid, as 018f2c3a-5b6d-7e8f-9a0b-1c2d3e4f5a6b", option,
+                   text);
+    return text;
+}
+
+int64_t option_seq(struct argp_state *state, const char *option, const char *text)
+{
+    return (int64_t)option_count(state, option, text, 0, (size_t)PROTOCOL_MAX_INTEGER);
+}
+
+void option_unexpected(struct argp_state *state, const char *text)
+{
+    argp_error(state, "'%s' is not expected; values go with options, see --help", text);
 }
 
 void option_parse(const struct argp *argp, const char *command, int argc, char **argv, void *input)

@@ -4,6 +4,7 @@
 
 #include <argp.h>
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "base/spectrum.h"
 #include "cli/out.h"
@@ -25,6 +26,12 @@ enum {
     OPTION_GAMMA,
     OPTION_ETA,
     OPTION_BANDS,
+    OPTION_SOCKET,
+    OPTION_INSTRUMENT,
+    OPTION_SINCE,
+    OPTION_LIMIT,
+    OPTION_YES,
+    OPTION_FORCE,
     OPTION_OWN = 0x200
 };
 
@@ -60,23 +67,63 @@ struct option_bands option_bands(struct argp_state *state, const char *text);
     { "cm", OPTION_CM, "X", 0, "Melanin fraction of the epidermis, 0..1", 0 }, \
     { "bm", OPTION_BM, "X", 0, "Eumelanin share of the melanin, 0..1", 0 }, \
     { "ch", OPTION_CH, "X", 0, "Blood fraction of the dermis, 0..1", 0 }
+#define OPTION_ROW_GAMMA \
+    { "gamma", OPTION_GAMMA, "X", 0, "Oxygenated share of the blood, 0..1 (0.75)", 0 }
 #define OPTION_ROWS_TISSUE \
     { "epidermis-mm", OPTION_EPIDERMIS_MM, "D", 0, "Thickness of the epidermis (0.08)", 0 }, \
-    { "gamma", OPTION_GAMMA, "X", 0, "Oxygenated share of the blood, 0..1 (0.75)", 0 }
+    OPTION_ROW_GAMMA
 #define OPTION_ROW_ETA \
     { "eta", OPTION_ETA, "N", 0, "Refractive index, skin over air (1.4)", 0 }
 #define OPTION_ROW_BANDS \
     { "bands", OPTION_BANDS, "LO:HI:STEP", 0, "Wavelengths in nm (380:740:10)", 0 }
+#define OPTION_ROW_SOCKET \
+    { "socket", OPTION_SOCKET, "PATH", 0, "Where the station listens (SKINSPEC_SOCKET)", 0 }
+#define OPTION_ROW_INSTRUMENT \
+    { "instrument", OPTION_INSTRUMENT, "NAME", 0, "As 'skinspec devices' says (the only one)", 0 }
+#define OPTION_ROWS_JSON_ONE \
+    { "json", OPTION_JSON, NULL, 0, "Print a JSON object", 0 }, \
+    { "ndjson", OPTION_NDJSON, NULL, 0, "The same", 0 }
 /* clang-format on */
 
-/* A skin as options: --cm --bm --ch --epidermis-mm --gamma --eta. */
-/* Take a skin's option into *t and the bits of what was given into *given (bit
+/* A skin as options: --cm --bm --ch --epidermis-mm --gamma --eta.
+ * Take a skin's option into *t and the bits of what was given into *given (bit
  * key - OPTION_CM).  False where the key is none of them. */
 bool option_skin(int key, const char *text, struct argp_state *state, struct tissue *t,
                  unsigned *given);
 
-/* End with EXIT_USAGE where --cm, --bm or --ch was not given. */
-void option_need_skin(struct argp_state *state, unsigned given);
+/* What a command takes that prints one skin at some bands. */
+struct option_skin_bands {
+    struct tissue tissue;
+    unsigned given;
+    struct option_bands bands;
+    enum out_format format;
+};
+struct option_skin_bands option_skin_bands_default(void);
+
+/* A whole parser for it: no further argument, and --cm, --bm and --ch must be given. */
+error_t option_parse_skin_bands(int key, char *text, struct argp_state *state,
+                                struct option_skin_bands *a);
+
+/* What every command takes that talks to the station: --socket, --json and --ndjson. */
+struct option_station {
+    const char *socket; /* NULL: not given */
+    enum out_format format;
+};
+
+/* Returns as an argp parser does; an argument that the command did not take before is a usage
+ * error.  The second is a whole parser, its input a struct option_station. */
+error_t option_station(int key, char *text, struct argp_state *state,
+                       struct option_station *station);
+error_t option_parse_station(int key, char *text, struct argp_state *state);
+
+/* End with EXIT_USAGE, saying which option the text is no uuid for. */
+const char *option_uuid(struct argp_state *state, const char *option, const char *text);
+
+/* Number of a record or an event, 0 .. 2^53 - 1. */
+int64_t option_seq(struct argp_state *state, const char *option, const char *text);
+
+/* An argument that the command does not take. */
+void option_unexpected(struct argp_state *state, const char *text);
 
 /* Run a command's parser under the name "skinspec COMMAND". */
 void option_parse(const struct argp *argp, const char *command, int argc, char **argv, void *input);

@@ -19,7 +19,7 @@ void out_begin(struct out *out, enum out_format format)
         fputs("[", stdout);
 }
 
-static void out_of_memory(void)
+void out_of_memory(void)
 {
     log_error("%s", status_text(STATUS_NO_MEMORY));
     exit(EXIT_FAILURE);
@@ -38,6 +38,24 @@ void out_object(struct out *out, cJSON *object)
     out->objects++;
     free(text);
     cJSON_Delete(object);
+}
+
+void out_one(cJSON *object)
+{
+    struct out out;
+    out_begin(&out, OUT_NDJSON);
+    out_object(&out, object);
+}
+
+void out_all(enum out_format format, cJSON *array)
+{
+    struct out out;
+    cJSON *one;
+    out_begin(&out, format);
+    while ((one = cJSON_DetachItemFromArray(array, 0)) != NULL)
+        out_object(&out, one);
+    cJSON_Delete(array);
+    out_end(&out);
 }
 
 void out_text(struct out *out, const char *text)
@@ -73,10 +91,18 @@ enum status out_end(struct out *out)
 {
     if (out->format == OUT_JSON)
         fputs(out->objects > 0 ? "\n]\n" : "]\n", stdout);
+    return out_exit(true) == EXIT_SUCCESS ? STATUS_OK : STATUS_IO;
+}
+
+int out_exit(bool done)
+{
+    static bool told;
     if (fflush(stdout) == 0 && !ferror(stdout))
-        return STATUS_OK;
-    log_error("cannot write the results: %s", strerror(errno));
-    return STATUS_IO;
+        return done ? EXIT_SUCCESS : EXIT_FAILURE;
+    if (!told)
+        log_error("cannot write the results: %s", strerror(errno));
+    told = true;
+    return EXIT_FAILURE;
 }
 
 cJSON *out_numbers(const double *x, size_t n)

@@ -4,6 +4,7 @@
 #define SKINSPEC_CLI_OUT_H
 
 #include <cjson/cJSON.h>
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "base/spectrum.h"
@@ -23,8 +24,15 @@ struct out {
 
 void out_begin(struct out *out, enum out_format format);
 
+/* What is left to do where memory is wanting: say so and end the program. */
+void out_of_memory(void) __attribute__((noreturn));
+
 /* Print an object and delete it.  NULL (no memory for it) ends the program. */
 void out_object(struct out *out, cJSON *object);
+
+/* One object on a line, or the objects of an array; deleted. */
+void out_one(cJSON *object);
+void out_all(enum out_format format, cJSON *array);
 
 /* One CSV field; out_row() ends the row.  Numbers as the fewest digits that tell
  * `digits` significant ones; NAN as nothing. */
@@ -34,6 +42,10 @@ void out_row(struct out *out);
 
 /* Close the array, flush, and say so where not all could be written: STATUS_IO. */
 enum status out_end(struct out *out);
+
+/* The exit status of a command that did what it should or not: flushes standard output,
+ * which makes a failure of it, said once, where not all could be written. */
+int out_exit(bool done);
 
 /* Numbers as json/print.h prints them, exactly.  Where x is not finite an array
  * holds null and a member is left out. */

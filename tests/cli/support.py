@@ -13,6 +13,8 @@ import io
 import json
 import math
 import os
+import pty
+import select
 import shutil
 import signal
 import sqlite3
@@ -20,6 +22,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import time
 import traceback
 import unittest
 
@@ -84,7 +87,7 @@ def environment(**changes):
     """The caller's environment without what would change an answer; a value of
     None takes a variable out."""
     env = dict(os.environ, LC_ALL="C.UTF-8", TERM="xterm-256color")
-    for name in ("NO_COLOR", "SKINSPEC_STATE"):
+    for name in ("NO_COLOR", "SKINSPEC_STATE", "SKINSPEC_SOCKET", "XDG_RUNTIME_DIR"):
         env.pop(name, None)
     env.update(changes)
     return {name: value for name, value in env.items() if value is not None}
@@ -112,6 +115,58 @@ def start(*arguments, **more):
     """Begin a run; the caller ends it."""
     more.setdefault("env", environment())
     return subprocess.Popen([SKINSPEC, *map(str, arguments)], **more)
+
+
+class Terminal:
+    """A run whose three streams are a terminal: what a person sees and types."""
+
+    def __init__(self, *arguments, **more):
+        self.master, slave = pty.openpty()
+        self.seen = ""
+        more.setdefault("env", environment(TERM="dumb"))
+        self.process = subprocess.Popen(
+            [SKINSPEC, *map(str, arguments)], stdin=slave, stdout=slave, stderr=slave, **more
+        )
+        os.close(slave)
+
+    def expect(self, text):
+        """Wait until this is shown after what was expected before; all up to it."""
+        until = time.monotonic() + TIMEOUT_S
+        while text not in self.seen:
+            if not self._read(until):
+                raise AssertionError(f"ended without {text!r}: {self.seen!r}")
+        before, self.seen = self.seen.split(text, 1)
+        return before + text
+
+    def _read(self, until):
+        """More of what is shown; False at its end."""
+        left = until - time.monotonic()
+        if left <= 0 or not select.select([self.master], [], [], left)[0]:
+            raise AssertionError(f"nothing more is shown: {self.seen!r}")
+        try:
+            self.seen += os.read(self.master, 65536).decode("utf-8").replace("\r\n", "\n")
+        except OSError:  # EIO: the other side is closed
+            return False
+        return True
+
+    def type(self, text):
+        os.write(self.master, text.encode())
+
+    def end(self):
+        """Wait for its end; exit status and all that was shown since."""
+        until = time.monotonic() + TIMEOUT_S
+        while self._read(until):
+            pass
+        return self.process.wait(TIMEOUT_S), self.seen
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait(TIMEOUT_S)
+        os.close(self.master)
 
 
 # ---- spectrum files ----------------------------------------------------------------
