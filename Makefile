@@ -27,6 +27,7 @@ cli_c   := $(wildcard src/cli/*.c)
 tests_c := $(wildcard tests/*/test_*.c)
 support_c := $(wildcard tests/support/*.c tests/drivers/contract.c)
 fuzz_c  := $(wildcard tests/fuzz/*.c)
+bench_c := $(wildcard tests/bench/*.c tests/match/bench.c tests/store/bench.c)
 all_h   := $(wildcard src/*.h src/*/*.h db/*.h drivers/*.h drivers/*/*.h tests/*/*.h)
 public_h := $(shell sed -n 's/^.include "\(.*\)".*/\1/p' src/skinspec.h)
 objects  = $(patsubst %.c,$(BUILD)/obj/%.o,$(1))
@@ -56,8 +57,8 @@ help: ## this list
 
 all: $(program) $(daemon) $(lib_a) $(lib_so) ## the programs and the library
 
-demo: $(program) $(tables) ## match the example spectra and show the answers
-	@$(program) demo --tables $(BUILD)/tables docs/examples/skin.csv
+demo: $(program) $(daemon) $(tables) ## a station on a simulated instrument: calibrate, measure, the record
+	@BUILD=$(BUILD) tools/demo
 
 test: need-test all $(tests) $(tables) ## all tests
 	@BUILD=$(BUILD) tools/run-tests $(tests)
@@ -100,12 +101,19 @@ cover: need-cover ## coverage of optics, colour, match, db and drivers: 95 % of 
 	    --filter '$(CURDIR)/src/(optics|colour|match|json|station)/' --filter '$(CURDIR)/(db|drivers)/' --branches \
 	    --txt - --fail-under-branch 90
 
+bench: need-test all $(BUILD)/bench/load $(tables) ## speed of the station, each figure beside its bar (3 minutes)
+	@BUILD=$(BUILD) python3 -B tests/bench/run.py $(BENCH)
+
+$(BUILD)/bench/load: $(BUILD)/obj/tests/bench/load.o $(lib_a)
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
+
 lint: need-lint ## layout, static analysis, and warnings of gcc and clang as errors
 	@tools/lint
 
 format: need-lint ## lay out the sources by clang-format
 	@clang-format -i $(core_c) $(json_c) $(station_c) $(db_c) $(drivers_c) $(cli_c) $(tests_c) \
-	    $(support_c) $(fuzz_c) $(all_h) docs/examples/*.c
+	    $(support_c) $(fuzz_c) $(bench_c) $(all_h) docs/examples/*.c
 
 docs: ## docs/protocol.md from the protocol's description
 	@tools/protocol-docs > docs/protocol.md.new && mv docs/protocol.md.new docs/protocol.md
@@ -135,7 +143,7 @@ need-build:
 	    lib:libsystemd=libsystemd-dev
 
 need-test: need-build $(unity)/unity.c
-	@tools/need cmd:python3=python3
+	@tools/need cmd:python3=python3 cmd:spec2cie=argyll cmd:faketime=faketime
 
 need-fuzz: need-build
 	@tools/need cmd:clang=clang cmd:python3=python3
@@ -215,4 +223,4 @@ $(BUILD)/tables/table-%.db: $(lib_a) $(db_o) | $(program)
 	@$(program) table build --model $* --out $@ --force
 
 -include $(patsubst %.o,%.d,$(core_o) $(json_o) $(station_o) $(db_o) $(drivers_o) $(cli_o) \
-    $(call objects,$(tests_c) $(support_c) $(fuzz_c)))
+    $(call objects,$(tests_c) $(support_c) $(fuzz_c) $(bench_c)))

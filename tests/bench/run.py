@@ -1,0 +1,187 @@
+"""run.py - the station's figures, each beside its bar.
+
+    BUILD=build python3 -B tests/bench/run.py [throughput] [latency] [start]
+
+Without a name all three.  BENCH_DIR is a folder on the disk to measure (in BUILD by
+default).  What is missing (redis, pip) is skipped with a message.  Every program runs
+alone and in turns with the others, and the median of the rounds counts; still, other work on
+the machine shows in the figures: "others" is the share of all cores that it took.
+"""
+
+import os
+import statistics
+import sys
+import tempfile
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+
+import latency  # noqa: E402
+import machine  # noqa: E402
+import queries  # noqa: E402
+import services  # noqa: E402
+
+ROUNDS = 3
+SECONDS = 4
+STARTS = 10
+REST_S = 10
+BENCH = os.path.join(services.BUILD, "bench")
+DISK = os.environ.get("BENCH_DIR", os.path.join(BENCH, "disk"))
+MEMORY = "/dev/shm"
+TABLE = os.path.join(services.BUILD, "tables", "table-two-layer.db")
+
+# The bars.
+SLOW_DISK_US = 300  # a bare fdatasync from here on: more is to be gained
+TIMES_BASELINE_SLOW, TIMES_BASELINE = 10, 4
+SHARE_OF_REDIS = 30
+ADDED_MS = 2
+STATUS_MS, MATCH_MS = 50, 500
+IDLE_PERCENT = 0.05  # prints as 0.0
+RESIDENT_MB = 40
+
+
+def heading(text):
+    print(f"\n{text}", flush=True)
+
+
+def row(what, value, bar="", met=None):
+    verdict = "" if met is None else "met" if met else "MISSED"
+    print(f"  {what:<48} {value:>16}  {bar:<10} {verdict}".rstrip(), flush=True)
+
+
+# ---- the machine --------------------------------------------------------------------------
+
+
+def show_machine():
+    load = " ".join(f"{x:.1f}" for x in os.getloadavg())
+    print(f"{machine.processor()}; load {load}")
+    for name, folder in (("disk", DISK), ("tmpfs", MEMORY)):
+        print(f"{name}: {machine.disk(folder)}")
+        for size in (400, 4096):
+            took = machine.append_us(folder, size)
+            p50, p99 = (machine.quantile(took, percent) for percent in (50, 99))
+            row(f"append {size} bytes + fdatasync, median and p99", f"{p50:.1f} {p99:.1f} us")
+
+
+# ---- answers a second -----------------------------------------------------------------------
+
+COLUMNS = "  {:<12} {:>9} {:>7} {:>7} {:>7} {:>12} {:>12} {:>9}"
+HEADINGS = ("", "answers/s", "p50 ms", "p99 ms", "max ms", "CPU us each", "to a commit", "others %")
+CELLS = (("per_s", 1, 0), ("p50_us", 1e-3, 1), ("p99_us", 1e-3, 1), ("max_us", 1e-3, 1),
+         ("cpu_us", 1, 0), ("group", 1, 1), ("others", 1, 0))  # fmt: skip
+
+
+def show_rate(name, results):
+    """Prints and gives the round with the median rate."""
+    result = sorted(results, key=lambda result: result["per_s"])[len(results) // 2]
+    cells = [
+        f"{result[key] * scale:.{digits}f}" if key in result else "" for key, scale, digits in CELLS
+    ]
+    print(COLUMNS.format(name, *cells).rstrip(), flush=True)
+    return result["per_s"]
+
+
+def measure(folder, lines, kinds):
+    """Median rates by name, one after the other, ROUNDS times; and the median of appends to
+    the disk in between, microseconds: a disk that others use changes from minute to minute."""
+    results, appends = {kind.name: [] for kind in kinds}, []
+    for _ in range(ROUNDS):
+        for kind in kinds:
+            appends += machine.append_us(folder, 400, 200)
+            where = os.path.join(folder, kind.name)
+            with machine.Others() as others:
+                with kind(where) if kind is services.Redis else kind(where, lines) as service:
+                    result = service.rate(SECONDS)
+                    service.check()
+            results[kind.name].append({**result, "others": others.percent})
+    print(COLUMNS.format(*HEADINGS))
+    rate = {name: show_rate(name, result) for name, result in results.items()}
+    return rate, statistics.median(appends)
+
+
+def compare(rate, append_us):
+    """Each ratio beside its bar."""
+    bar = TIMES_BASELINE_SLOW if append_us >= SLOW_DISK_US else TIMES_BASELINE
+    row("append 400 bytes + fdatasync in between, median", f"{append_us:.1f} us")
+    if "baseline" in rate:
+        times = rate["skinspecd"] / rate["baseline"]
+        row("times the baseline", f"{times:.1f}", f">= {bar}", times >= bar)
+    if "redis" in rate:
+        share = 100 * rate["skinspecd"] / rate["redis"]
+        row("of redis", f"{share:.0f} %", f">= {SHARE_OF_REDIS} %", share >= SHARE_OF_REDIS)
+
+
+def show_throughput():
+    """match.spectrum, matched and stored."""
+    plain, with_uuid = os.path.join(BENCH, "plain"), os.path.join(BENCH, "uuid")
+    queries.write(plain, TABLE)
+    queries.write(with_uuid, TABLE, with_uuid=True)
+    ours = [services.Station] + [services.Baseline] * services.can_run_baseline()
+    redis = [services.Redis] * services.can_run_redis()
+    with tempfile.TemporaryDirectory(prefix="skinspec-bench.", dir=MEMORY) as memory:
+        for what, folder, lines, kinds in (
+            ("disk", DISK, plain, ours + redis),
+            ("disk, with uuids", DISK, with_uuid, ours),
+            ("tmpfs", memory, plain, ours),
+        ):
+            heading(f"matched and stored, {services.CONNECTIONS} connections, {what}: "
+                    f"median of {ROUNDS} times {SECONDS} s")  # fmt: skip
+            compare(*measure(folder, lines, kinds))
+
+
+# ---- latency, start, rest -------------------------------------------------------------------
+
+
+def show_latency():
+    """What a measurement takes beyond the instrument's own time, against a bare append: of
+    ROUNDS the one with the median difference."""
+    folder = os.path.join(DISK, "latency")
+    for what, instrument, times in (
+        ("with an instrument that takes no time", latency.INSTANT, 1000),
+        ("less the 20 ms of a shot", latency.WAITING, 300),
+    ):
+        heading(f"measure.start {what}: {ROUNDS} times {times}, the median round")
+        rounds = []
+        for _ in range(ROUNDS):
+            with machine.Others() as others:
+                (first, *added), bare = latency.measuring_us(folder, instrument, times)
+            p50, p99, most = (machine.quantile(added, percent) / 1e3 for percent in (50, 99, 100))
+            bare_p99 = machine.quantile(bare, 99) / 1e3
+            rounds.append((p99 - bare_p99, p50, p99, most, bare_p99, first / 1e3, others.percent))
+        more, p50, p99, most, bare_p99, first, others = sorted(rounds)[ROUNDS // 2]
+        row("added, commit included, by the first of all", f"{first:.2f} ms")
+        row("by the others: median, p99 and most", f"{p50:.2f} {p99:.2f} {most:.2f} ms")
+        row("p99 of append 4 KiB + fdatasync in between", f"{bare_p99:.2f} ms")
+        row("others took of all cores", f"{others:.0f} %")
+        row("p99 added less that", f"{more:.2f} ms", f"<= {ADDED_MS} ms", more <= ADDED_MS)
+
+
+def show_start():
+    """How soon it is there, and what it takes when nobody asks."""
+    folder = os.path.join(DISK, "start")
+    spectrum = {"first_nm": 400, "step_nm": 10, "values": [0.2 + 0.01 * i for i in range(31)]}
+    status, match = (statistics.median(x) for x in latency.starts_ms(folder, spectrum, STARTS))
+    heading(f"from exec, median of {STARTS}")
+    row("first status.get answered", f"{status:.1f} ms", f"<= {STATUS_MS} ms", status <= STATUS_MS)
+    row("first match.spectrum answered", f"{match:.1f} ms", f"<= {MATCH_MS} ms", match <= MATCH_MS)
+    percent, megabytes = latency.rest(folder, spectrum, REST_S)
+    heading("after a match, at rest")
+    row(f"of one core in {REST_S} s", f"{percent:.2f} %", "0.0 %", percent < IDLE_PERCENT)
+    row("resident", f"{megabytes:.1f} MB", f"<= {RESIDENT_MB} MB", megabytes <= RESIDENT_MB)
+
+
+SECTIONS = {"throughput": show_throughput, "latency": show_latency, "start": show_start}
+
+
+def main():
+    asked = sys.argv[1:] or list(SECTIONS)
+    if not set(asked) <= set(SECTIONS):
+        sys.exit(f"usage: run.py [{'] ['.join(SECTIONS)}]")
+    os.makedirs(BENCH, exist_ok=True)
+    os.makedirs(DISK, exist_ok=True)
+    show_machine()
+    for name in asked:
+        SECTIONS[name]()
+
+
+if __name__ == "__main__":
+    main()
