@@ -143,7 +143,7 @@ need-build:
 	    lib:libsystemd=libsystemd-dev
 
 need-test: need-build $(unity)/unity.c
-	@tools/need cmd:python3=python3 cmd:spec2cie=argyll cmd:faketime=faketime
+	@tools/need cmd:python3=python3 cmd:spec2cie=argyll
 
 need-fuzz: need-build
 	@tools/need cmd:clang=clang cmd:python3=python3

@@ -41,3 +41,12 @@ bool utf8_is_valid(const char *text)
 {
     return utf8_is_valid_n(text, strlen(text));
 }
+
+void utf8_make_plain(char *text)
+{
+    if (utf8_is_valid(text))
+        return;
+    for (; *text != '\0'; text++)
+        if ((unsigned char)*text >= 0x80)
+            *text = '?';
+}

@@ -11,4 +11,8 @@ bool utf8_is_valid(const char *text);
 /* The same of n bytes, of which any may be NUL. */
 bool utf8_is_valid_n(const char *text, size_t n);
 
+/* Text from elsewhere that is to be shown: where it is not valid, every byte that is not
+ * ASCII becomes '?'. */
+void utf8_make_plain(char *text);
+
 #endif

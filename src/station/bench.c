@@ -7,13 +7,12 @@
 #include <string.h>
 
 #include "base/log.h"
+#include "base/utf8.h"
 #include "drivers/registry.h"
 #include "station/run.h"
 #include "station/serve.h"
 
-enum { STOP_PATIENCE_MS = 1000 };
-
-/* ---- calibration -------------------------------------------------------------------------- */
+/* ---- calibration -------------------------------------------------------------------- */
 
 struct calibration_state bench_calibration(const struct bench *bench)
 {
@@ -70,7 +69,7 @@ cJSON *bench_calibration_json(const struct bench *bench)
     return steps;
 }
 
-/* ---- how it stands --------------------------------------------------------------------------- */
+/* ---- how it stands ------------------------------------------------------------------ */
 
 static const char *state_name(const struct bench *bench)
 {
@@ -233,11 +232,11 @@ bool bench_is_free(const struct bench *bench, struct refusal *refusal)
 
 bool bench_is_ending(const struct bench *bench)
 {
-    return bench->run != NULL && bench->run->ended;
+    const struct run *run = bench->run;
+    return run != NULL && (run->ended || run->record->fence != bench->lease.fence);
 }
 
-/* ---- events
- * ---------------------------------------------------------------------------------------- */
+/* ---- events ------------------------------------------------------------------------- */
 
 static cJSON *named(const struct bench *bench)
 {
@@ -279,8 +278,15 @@ static void opened(void *context, const struct driver_identity *identity,
     struct bench *bench = context;
     log_info("station: instrument '%s' is there: %s %s, serial number '%s'", bench->name,
              identity->maker, identity->model, identity->serial);
+    if (bench->known && strcmp(bench->identity.serial, identity->serial) != 0)
+        bench_forget_calibrations(bench); /* another unit in its place */
     bench->known = bench->open = true;
     bench->identity = *identity;
+    utf8_make_plain(bench->identity.maker);
+    utf8_make_plain(bench->identity.model);
+    utf8_make_plain(bench->identity.serial);
+    utf8_make_plain(bench->identity.firmware);
+    utf8_make_plain(bench->identity.white_tile);
     bench->status = *status;
     bench->connection = connection;
     bench->error = (struct driver_error){ .result = DRIVER_OK };
@@ -296,11 +302,12 @@ static void lost(void *context, const struct driver_error *error)
     log_warning("station: instrument '%s': %s", bench->name, error->text);
     bench->open = false;
     bench->error = *error;
+    utf8_make_plain(bench->error.text); /* it goes to clients */
+    utf8_make_plain(bench->error.code);
     memset(bench->was_due, 0, sizeof bench->was_due); /* told again when it is back */
     cJSON *data = named(bench);
-    cJSON_AddStringToObject(data, "error", error->text);
+    cJSON_AddStringToObject(data, "error", bench->error.text);
     station_tell(bench->station, EVENT_INSTRUMENT, "gone", data);
-    run_lost(bench, error);
     bench_tell_changes(bench);
 }
 
@@ -317,8 +324,7 @@ static void status_changed(void *context, const struct driver_status *status)
     bench_tell_changes(bench);
 }
 
-/* ---- opening
- * --------------------------------------------------------------------------------------- */
+/* ---- opening ------------------------------------------------------------------------ */
 
 /* "simulated", and "simulated-2" for the second of a kind. */
 static void make_name(const struct station *station, const struct driver *driver,
@@ -345,28 +351,32 @@ enum status bench_open(struct station *station, const char *text, struct bench *
     bench->driver = driver_find(driver); /* the settings know that there is one */
     bench->told_state = state_name(bench);
     make_name(station, bench->driver, bench->name);
-    bench_lease_init(bench);
     struct driver_options options = { .address = colon != NULL ? colon + 1 : NULL };
     const struct unit_events events = { .opened = opened,
                                         .lost = lost,
                                         .button = pressed,
                                         .status = status_changed,
                                         .context = bench };
-    enum status s = unit_open(bench->driver, &options, &station->inbox, &events, &bench->unit);
+    enum status s = bench_lease_init(bench);
+    if (s == STATUS_OK)
+        s = unit_open(bench->driver, &options, &station->inbox, &events, &bench->unit);
     if (s != STATUS_OK) {
         log_error("station: cannot start the thread of instrument '%s'", bench->name);
-        free(bench);
+        bench_close(bench);
         return s;
     }
     *ret = bench;
     return STATUS_OK;
 }
 
-bool bench_stop(struct bench *bench)
+bool bench_stop(struct bench *bench, int patience_ms)
 {
-    if (unit_close(bench->unit, STOP_PATIENCE_MS))
+    if (bench->unit == NULL || unit_close(bench->unit, patience_ms)) {
+        bench->unit = NULL;
         return true;
-    log_warning("station: instrument '%s' does not answer; left behind", bench->name);
+    }
+    if (patience_ms > 0)
+        log_warning("station: instrument '%s' does not answer; left behind", bench->name);
     return false;
 }
 

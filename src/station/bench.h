@@ -43,7 +43,8 @@ struct bench {
 
 /* text: "DRIVER[:ADDRESS]".  Starts its thread. */
 enum status bench_open(struct station *station, const char *text, struct bench **ret);
-bool bench_stop(struct bench *bench); /* its thread; false: it is stuck and left behind */
+/* End its thread; false: it had not ended after that time (0: it is only told to). */
+bool bench_stop(struct bench *bench, int patience_ms);
 void bench_close(struct bench *bench);
 
 struct bench *bench_find(struct station *station, const char *name);
@@ -64,14 +65,15 @@ void bench_tell_changes(struct bench *bench);
 /* False with *refusal where it is not there, or at work already. */
 bool bench_is_free(const struct bench *bench, struct refusal *refusal);
 
-/* Whether what runs on it has been ended and is only being waited for: a new holder's
- * request is parked until then. */
+/* Whether what runs on it has been ended, or is a former holder's last shot, and is only
+ * being waited for: a new holder's request is parked until then. */
 bool bench_is_ending(const struct bench *bench);
 struct refusal bench_refusal(const struct driver_error *error);
 
 /* Ask the store for the calibrations of earlier runs (bench_recall.c).  Nothing is asked
  * while the instrument is not known. */
 void bench_recall(struct bench *bench);
+void bench_forget_calibrations(struct bench *bench); /* the store has no such rows any more */
 
 /* As the records name it. */
 struct store_instrument bench_instrument(const struct bench *bench);
@@ -86,6 +88,6 @@ struct bench *bench_of_lease(struct station *station, struct client *client,
 /* The client has gone, or has closed its session. */
 void bench_leave_all(struct station *station, struct client *client);
 void bench_send_queue_away(struct bench *bench); /* shutting_down */
-void bench_lease_init(struct bench *bench);
+enum status bench_lease_init(struct bench *bench);
 
 #endif

@@ -18,7 +18,7 @@ static cJSON *named(const struct bench *bench)
     return data;
 }
 
-/* ---- granted ---------------------------------------------------------------------------- */
+/* ---- granted ------------------------------------------------------------------------ */
 
 static cJSON *lease_json(const struct bench *bench)
 {
@@ -67,7 +67,7 @@ static void tell_place(struct bench *bench, uint64_t client, size_t place)
     station_tell(bench->station, EVENT_LEASE, "queued", data);
 }
 
-/* ---- freed --------------------------------------------------------------------------------- */
+/* ---- freed -------------------------------------------------------------------------- */
 
 static struct ticket take_waiting(struct bench *bench, size_t place, size_t waiting_before)
 {
@@ -83,22 +83,22 @@ static void tell_places(struct bench *bench)
         tell_place(bench, bench->lease.queue[i].client, i + 1);
 }
 
-static void tell_freed(struct bench *bench, const char *cause)
+static void tell_freed(struct bench *bench, int64_t fence, const char *cause)
 {
     cJSON *data = named(bench);
-    cJSON_AddNumberToObject(data, "fence", (double)bench->lease.fence);
+    cJSON_AddNumberToObject(data, "fence", (double)fence);
     cJSON_AddStringToObject(data, "cause", cause);
     station_tell(bench->station, EVENT_LEASE, "freed", data);
     bench->lease_name[0] = '\0';
 }
 
-static void note_expired(struct bench *bench, uint64_t holder)
+static void note_expired(struct bench *bench, uint64_t holder, int64_t fence)
 {
     struct client *client = clients_find(bench->station->clients, holder);
     if (client != NULL)
         snprintf(client->lost_lease, sizeof client->lost_lease, "%s", bench->lease_name);
-    tell_freed(bench, "expired");
-    run_end(bench, RUN_EXPIRED);
+    tell_freed(bench, fence, "expired");
+    run_end(bench, fence, RUN_EXPIRED);
 }
 
 /* What time has brought, and a free bench to the next in line. */
@@ -106,9 +106,10 @@ static void tick(struct bench *bench)
 {
     uint64_t expired, next;
     size_t waiting = bench->lease.waiting;
+    int64_t fence = bench->lease.fence; /* of the one that may have expired */
     lease_tick(&bench->lease, station_now_ms(), &expired, &next);
     if (expired != 0)
-        note_expired(bench, expired);
+        note_expired(bench, expired, fence);
     if (next != 0) {
         struct ticket ticket = take_waiting(bench, 1, waiting);
         granted(bench, &ticket);
@@ -125,12 +126,14 @@ static int on_timer(sd_event_source *source, uint64_t at_us, void *userdata)
     return 0;
 }
 
-void bench_lease_init(struct bench *bench)
+enum status bench_lease_init(struct bench *bench)
 {
     lease_init(&bench->lease, &bench->station->store.fence);
     if (sd_event_add_time(bench->station->event, &bench->lease_timer, CLOCK_BOOTTIME, UINT64_MAX,
-                          1000, on_timer, bench) >= 0)
-        sd_event_source_set_enabled(bench->lease_timer, SD_EVENT_OFF);
+                          1000, on_timer, bench) < 0)
+        return STATUS_NO_MEMORY;
+    sd_event_source_set_enabled(bench->lease_timer, SD_EVENT_OFF);
+    return STATUS_OK;
 }
 
 static void leave(struct bench *bench, struct client *client, enum run_cause cause)
@@ -144,8 +147,8 @@ static void leave(struct bench *bench, struct client *client, enum run_cause cau
         tell_places(bench);
     }
     if (held) {
-        tell_freed(bench, cause == RUN_RELEASED ? "released" : "disconnected");
-        run_end(bench, cause);
+        tell_freed(bench, bench->lease.fence, cause == RUN_RELEASED ? "released" : "disconnected");
+        run_end(bench, bench->lease.fence, cause);
     }
     tick(bench);
 }
@@ -166,8 +169,7 @@ void bench_send_queue_away(struct bench *bench)
     }
 }
 
-/* ---- asked
- * --------------------------------------------------------------------------------------- */
+/* ---- asked -------------------------------------------------------------------------- */
 
 struct bench *bench_of_lease(struct station *station, struct client *client,
                              const struct request *request, struct refusal *refusal)

@@ -30,9 +30,11 @@ static void looked_up(struct job *job)
 {
     struct recall *recall = (struct recall *)job;
     struct bench *bench = recall->bench;
+    const struct store_instrument now = bench_instrument(bench);
+    bool same = strcmp(now.serial, recall->instrument.serial) == 0; /* it may have been changed */
     for (size_t i = 0; i < CALIBRATION_STEPS; i++) {
         const struct store_calibration *last = &recall->last[i];
-        if (!recall->found[i] || bench->made[i].made)
+        if (!same || !recall->found[i] || bench->made[i].made)
             continue;
         bench->made[i] = (struct calibration_made){ .made = true,
                                                     .boottime_ms = last->boottime_ms,
@@ -42,6 +44,14 @@ static void looked_up(struct job *job)
         memcpy(bench->calibrated_at[i], last->taken_at, sizeof last->taken_at);
     }
     free(recall);
+}
+
+void bench_forget_calibrations(struct bench *bench)
+{
+    for (size_t i = 0; i < CALIBRATION_STEPS; i++) {
+        bench->made[i] = (struct calibration_made){ .made = false };
+        bench->calibration_id[i][0] = bench->calibrated_at[i][0] = '\0';
+    }
 }
 
 void bench_recall(struct bench *bench)

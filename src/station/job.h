@@ -15,6 +15,7 @@
 
 struct job {
     void (*run)(struct job *job, void *thread); /* thread: what the thread works with */
+    void (*cancel)(struct job *job); /* instead, where the thread is to end soon; NULL: run() */
     void (*done)(struct job *job);
     struct job *next;
 };

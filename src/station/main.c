@@ -20,7 +20,7 @@
 #include "station/settings.h"
 #include "station/station.h"
 
-enum { STOP_WITHIN_MS = 1500, STOP_LOOK_MS = 10 };
+enum { STOP_WITHIN_MS = 1000, STOP_LOOK_MS = 10 };
 
 /* ---- who it runs as ------------------------------------------------------------------- */
 
@@ -74,8 +74,10 @@ static int on_signal(sd_event_source *source, const struct signalfd_siginfo *inf
     station_stop(&running->station);
     sd_event_now(running->station.event, CLOCK_MONOTONIC, &now_us);
     running->stop_by_us = now_us + STOP_WITHIN_MS * UINT64_C(1000);
-    return sd_event_add_time(running->station.event, &running->stop_timer, CLOCK_MONOTONIC, now_us,
-                             1000, look_whether_quiet, running);
+    sd_event_source_set_time(running->stop_timer, now_us);
+    if (sd_event_source_set_enabled(running->stop_timer, SD_EVENT_ONESHOT) < 0)
+        sd_event_exit(running->station.event, 0);
+    return 0;
 }
 
 static void on_store_opened(struct station *station, bool hopeless)
@@ -100,6 +102,11 @@ static enum status take_signals(struct running *running)
         sigaddset(&mask, signals[i]);
     if (sigprocmask(SIG_BLOCK, &mask, NULL) != 0)
         return STATUS_IO;
+    /* Made now: there may be no descriptor left when it is wanted. */
+    if (sd_event_add_time(running->station.event, &running->stop_timer, CLOCK_MONOTONIC, UINT64_MAX,
+                          1000, look_whether_quiet, running) < 0 ||
+        sd_event_source_set_enabled(running->stop_timer, SD_EVENT_OFF) < 0)
+        return STATUS_NO_MEMORY;
     for (size_t i = 0; i < sizeof signals / sizeof *signals; i++)
         if (sd_event_add_signal(running->station.event, NULL, signals[i], on_signal, running) < 0)
             return STATUS_NO_MEMORY;

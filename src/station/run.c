@@ -14,9 +14,9 @@
 enum { WAIT_MS = 600000 }; /* then asked again */
 
 static void shoot(struct run *run);
-static void match(struct run *run);
+static void store(struct run *run);
 
-/* ---- its end ----------------------------------------------------------------------------- */
+/* ---- its end ------------------------------------------------------------------------ */
 
 static cJSON *about(const struct run *run, bool with_instrument)
 {
@@ -54,7 +54,11 @@ static void fail(struct run *run, const struct refusal *refusal)
     run_free(run);
 }
 
-static const char *const cause_names[] = { "asked", "released", "expired", "disconnected" };
+static const char *const cause_names[] = { "asked", "released", "expired", "disconnected",
+                                           "stopping" };
+static const enum reason cause_reasons[] = { REASON_MEASUREMENT_CANCELLED,
+                                             REASON_MEASUREMENT_CANCELLED, REASON_LEASE_EXPIRED,
+                                             REASON_MEASUREMENT_CANCELLED, REASON_SHUTTING_DOWN };
 
 static void answer_canceller(const struct run *run)
 {
@@ -70,22 +74,21 @@ static void finish_early(struct run *run)
     cJSON *data = about(run, false);
     cJSON_AddStringToObject(data, "cause", cause_names[run->cause]);
     station_tell(run->bench->station, EVENT_MEASUREMENT, "cancelled", data);
-    refusal_set(&refusal,
-                run->cause == RUN_EXPIRED ? REASON_LEASE_EXPIRED : REASON_MEASUREMENT_CANCELLED,
-                NULL);
+    refusal_set(&refusal, cause_reasons[run->cause], NULL);
     refuse_askers(run, &refusal);
     if (run->has_canceller)
         answer_canceller(run);
     run_free(run);
 }
 
-void run_end(struct bench *bench, enum run_cause cause)
+void run_end(struct bench *bench, int64_t fence, enum run_cause cause)
 {
     struct run *run = bench->run;
-    bool all_taken = run != NULL && run->phase >= RUN_MATCHING;
-    if (run == NULL || run->ended || run->phase == RUN_STORING)
+    if (run == NULL || run->record->fence != fence || run->ended || run->phase == RUN_STORING)
         return;
-    if (all_taken && (cause == RUN_EXPIRED || cause == RUN_DISCONNECTED))
+    if (run->phase == RUN_MATCHING && cause == RUN_STOPPING && !run->under_way)
+        store(run); /* the table does not come any more */
+    if (run->phase >= RUN_MATCHING && cause != RUN_ASKED)
         return; /* the reading is there: it is kept, and a retry gets it */
     if (run->phase == RUN_SHOOTING && cause == RUN_EXPIRED) {
         run->expired = true;
@@ -99,7 +102,7 @@ void run_end(struct bench *bench, enum run_cause cause)
         unit_cancel(bench->unit);
 }
 
-/* ---- stored --------------------------------------------------------------------------------- */
+/* ---- stored ------------------------------------------------------------------------- */
 
 static void answer_askers(struct run *run)
 {
@@ -237,8 +240,7 @@ static void finish(struct run *run)
     match(run);
 }
 
-/* ---- shots
- * --------------------------------------------------------------------------------------- */
+/* ---- shots -------------------------------------------------------------------------- */
 
 static void waited(struct job *job);
 
@@ -246,6 +248,8 @@ static void wait_for_operator(struct run *run)
 {
     run->phase = RUN_WAITING;
     run->next = false;
+    if (run->no_button)
+        return;
     run->unit =
         (struct unit_job){ .job.done = waited, .command = UNIT_WAIT, .timeout_ms = WAIT_MS };
     run->under_way = true;
@@ -262,9 +266,13 @@ static void waited(struct job *job)
         shoot(run);
     } else if (run->unit.result == DRIVER_OK || run->unit.result == DRIVER_CANCELLED) {
         wait_for_operator(run);
-    } else {
+    } else if (run->unit.result == DRIVER_GONE) {
         struct refusal refusal = bench_refusal(&run->unit.error);
         fail(run, &refusal);
+    } else { /* the shots that are there are not lost with the button */
+        log_warning("station: the button of '%s' fails: %s", run->bench->name,
+                    run->unit.error.text);
+        run->no_button = true;
     }
 }
 
@@ -362,16 +370,16 @@ static void shoot(struct run *run)
     unit_ask(run->bench->unit, &run->unit);
 }
 
-/* A shot under way comes back by itself, and so does a wait. */
-void run_lost(struct bench *bench, const struct driver_error *error)
+void run_next(struct run *run)
 {
-    (void)error;
-    if (bench->run != NULL && bench->run->phase == RUN_WAITING)
-        unit_cancel(bench->unit);
+    run->next = true;
+    if (run->under_way)
+        unit_cancel(run->bench->unit); /* the wait for the button */
+    else
+        shoot(run);
 }
 
-/* ---- its beginning
- * ------------------------------------------------------------------------------- */
+/* ---- its beginning ------------------------------------------------------------------ */
 
 bool run_calibration_allows(const struct bench *bench, const struct calibration_state *state)
 {

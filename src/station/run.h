@@ -2,10 +2,10 @@
  *
  *   SHOOTING -> (WAITING -> SHOOTING)* -> MATCHING -> STORING -> answered
  *
- * It ends early by measure.cancel, by the lease's release, or when the holder goes: then
- * nothing is stored.  A lease that expires during a shot ends it after that shot, and what
- * was taken is stored, flagged lease_expired, without being delivered as the answer: a
- * request with the same uuid gets it. */
+ * It ends early by measure.cancel, and while shots are being taken also by the lease's release
+ * or when the holder goes: then nothing is stored.  A lease that expires during a shot ends it
+ * after that shot, and what was taken is stored, flagged lease_expired, without being delivered as
+ * the answer: a request with the same uuid gets it. */
 #ifndef SKINSPEC_STATION_RUN_H
 #define SKINSPEC_STATION_RUN_H
 
@@ -14,7 +14,7 @@
 
 enum { RUN_ASKERS = 8 };
 enum run_phase { RUN_SHOOTING, RUN_WAITING, RUN_MATCHING, RUN_STORING };
-enum run_cause { RUN_ASKED, RUN_RELEASED, RUN_EXPIRED, RUN_DISCONNECTED };
+enum run_cause { RUN_ASKED, RUN_RELEASED, RUN_EXPIRED, RUN_DISCONNECTED, RUN_STOPPING };
 
 struct run {
     union { /* one at a time */
@@ -27,8 +27,9 @@ struct run {
     bool under_way; /* the job above is with a thread */
     bool ended;     /* nothing is to be stored; told when the job is back */
     enum run_cause cause;
-    bool expired; /* the lease did, during a shot */
-    bool next;    /* the shot that waits was asked for */
+    bool expired;   /* the lease did, during a shot */
+    bool next;      /* the shot that waits was asked for */
+    bool no_button; /* it failed: only measure.next takes the next shot */
     struct driver_error error;
 
     struct ticket askers[RUN_ASKERS]; /* measure.start, and its retries */
@@ -52,12 +53,14 @@ struct run *run_begin(struct bench *bench, const struct client *client,
 /* Another request for the same.  False: too many. */
 bool run_join(struct run *run, const struct ticket *asker);
 
-/* End what runs on the bench, if anything does. */
-void run_end(struct bench *bench, enum run_cause cause);
+/* Take the shot that waits. */
+void run_next(struct run *run);
 
-/* The instrument has gone, or a load of a table has ended. */
-void run_lost(struct bench *bench, const struct driver_error *error);
-void run_table_changed(struct bench *bench);
+/* End what runs on the bench under the lease of this fence, if anything does: a later
+ * holder has no say in it. */
+void run_end(struct bench *bench, int64_t fence, enum run_cause cause);
+
+void run_table_changed(struct bench *bench); /* a load has ended */
 
 /* Whether every due step is one that the policy `warn` measures under. */
 bool run_calibration_allows(const struct bench *bench, const struct calibration_state *state);

@@ -75,7 +75,7 @@ static struct bench *free_bench(struct station *station, struct client *client,
     return NULL;
 }
 
-/* ---- configure -------------------------------------------------------------------------- */
+/* ---- configure ---------------------------------------------------------------------- */
 
 static void configured(struct job *job)
 {

@@ -10,7 +10,7 @@
 #include "station/serve.h"
 #include "station/wire.h"
 
-/* ---- begun ------------------------------------------------------------------------------ */
+/* ---- begun -------------------------------------------------------------------------- */
 
 static struct run *find_run(const struct station *station, const char *uuid)
 {
@@ -22,10 +22,13 @@ static struct run *find_run(const struct station *station, const char *uuid)
     return NULL;
 }
 
-static void join(struct station *station, struct run *run, const struct ticket *ticket,
-                 const char *sha256)
+/* A kiosk does not join in what another user measures. */
+static void join(struct station *station, struct run *run, const struct client *client,
+                 const struct ticket *ticket, const char *sha256)
 {
-    if (strcmp(run->record->parameters_sha256, sha256) != 0)
+    bool foreign =
+        client->peer.right == RIGHT_KIOSK && run->record->owner_uid != (int64_t)client->peer.uid;
+    if (foreign || strcmp(run->record->parameters_sha256, sha256) != 0)
         station_refuse_for(station, ticket, REASON_UUID_REUSED, NULL);
     else if (!run_join(run, ticket))
         station_refuse_for(station, ticket, REASON_MEASUREMENT_RUNNING, NULL);
@@ -79,7 +82,7 @@ static void start(struct station *station, struct client *client, struct request
     struct refusal refusal;
     struct run *running = find_run(station, params_text(request, "uuid"));
     if (running != NULL && !running->ended) {
-        join(station, running, &ticket, sha256);
+        join(station, running, client, &ticket, sha256);
         return;
     }
     struct bench *bench = bench_of_lease(station, client, request, &refusal);
@@ -97,7 +100,7 @@ static void start(struct station *station, struct client *client, struct request
         station_refuse_for(station, &ticket, REASON_NO_MEMORY, NULL);
 }
 
-/* ---- the uuid is looked up first ------------------------------------------------------------ */
+/* ---- the uuid is looked up first ---------------------------------------------------- */
 
 enum found { FOUND_NOTHING, FOUND_RECORD, FOUND_REASON };
 
@@ -121,28 +124,38 @@ static bool any(void *context, const struct store_subject *subject)
     return false;
 }
 
+/* A kiosk sees its own records alone, also by their uuids. */
+static bool is_foreign(const struct reading *reading, const struct store_record *record)
+{
+    return reading->kiosk && record->owner_uid != reading->uid;
+}
+
 /* What the record will refer to must be there before the first shot. */
-static enum found look_at_references(struct lookup *lookup, struct store_reader *reader,
-                                     struct store_record *record)
+static enum found look_at_references(struct lookup *lookup, const struct reading *reading,
+                                     struct store_reader *reader, struct store_record *record)
 {
     const char *subject = params_text(&lookup->request, "subject");
     const char *corrects = params_text(&lookup->request, "corrects");
-    if (subject != NULL && store_list_subjects(reader, subject, any, NULL) == STATUS_NOT_FOUND)
+    enum status s = subject != NULL ? store_list_subjects(reader, subject, any, NULL) : STATUS_OK;
+    if (s == STATUS_NOT_FOUND)
         return refuse_with(lookup, REASON_SUBJECT_UNKNOWN);
-    if (corrects != NULL && store_get(reader, corrects, NULL, record) == STATUS_NOT_FOUND)
-        return refuse_with(lookup, REASON_RECORD_UNKNOWN);
-    return FOUND_NOTHING;
+    if (s == STATUS_OK && corrects != NULL) {
+        s = store_get(reader, corrects, NULL, record);
+        if (s == STATUS_NOT_FOUND || (s == STATUS_OK && is_foreign(reading, record)))
+            return refuse_with(lookup, REASON_RECORD_UNKNOWN);
+    }
+    return s == STATUS_OK ? FOUND_NOTHING : refuse_with(lookup, REASON_STORE_FAILED);
 }
 
-static enum found look_up(struct lookup *lookup, struct store_reader *reader,
-                          struct store_record *record, cJSON **result)
+static enum found look_up(struct lookup *lookup, const struct reading *reading,
+                          struct store_reader *reader, struct store_record *record, cJSON **result)
 {
     enum status s = store_get(reader, NULL, params_text(&lookup->request, "uuid"), record);
     if (s == STATUS_NOT_FOUND)
-        return look_at_references(lookup, reader, record);
+        return look_at_references(lookup, reading, reader, record);
     if (s != STATUS_OK)
         return refuse_with(lookup, REASON_STORE_FAILED);
-    if (strcmp(record->parameters_sha256, lookup->sha256) != 0)
+    if (is_foreign(reading, record) || strcmp(record->parameters_sha256, lookup->sha256) != 0)
         return refuse_with(lookup, REASON_UUID_REUSED);
     s = wire_record(record, result);
     return s == STATUS_OK ? FOUND_RECORD : refuse_with(lookup, REASON_STORE_FAILED);
@@ -158,7 +171,7 @@ static void look_up_on_worker(struct job *job, void *thread)
     lookup->refusal = no_memory;
     struct store_reader *reader = reading_store(thread, &lookup->refusal);
     struct store_record *record = reader != NULL ? malloc(sizeof *record) : NULL;
-    lookup->found = record != NULL ? look_up(lookup, reader, record, &result) : FOUND_REASON;
+    lookup->found = record != NULL ? look_up(lookup, reading, reader, record, &result) : FOUND_REASON;
     free(record);
     if (lookup->found == FOUND_RECORD &&
         protocol_reply(reading->station->protocol, &reading->ticket.id, result, &reading->line) !=
@@ -229,7 +242,8 @@ static struct run *run_of(struct station *station, struct client *client,
         return NULL;
     }
     struct run *run = bench->run;
-    if (run != NULL && strcmp(run->record->uuid, params_text(request, "uuid")) == 0 && !run->ended)
+    if (run != NULL && run->record->fence == bench->lease.fence && !run->ended &&
+        strcmp(run->record->uuid, params_text(request, "uuid")) == 0)
         return run;
     station_refuse_for(station, &ticket, REASON_MEASUREMENT_UNKNOWN, NULL);
     return NULL;
@@ -249,9 +263,8 @@ void serve_measure_next(struct station *station, struct client *client, struct r
     cJSON_AddStringToObject(result, "uuid", run->record->uuid);
     cJSON_AddNumberToObject(result, "shot", (double)(run->measuring.taken + 1));
     cJSON_AddNumberToObject(result, "replicates", (double)run->measuring.replicates);
-    run->next = true;
-    unit_cancel(run->bench->unit); /* the wait for the button */
     station_answer(station, &ticket, result);
+    run_next(run);
 }
 
 void serve_measure_cancel(struct station *station, struct client *client, struct request *request)
@@ -267,5 +280,5 @@ void serve_measure_cancel(struct station *station, struct client *client, struct
     }
     run->canceller = ticket;
     run->has_canceller = true;
-    run_end(run->bench, RUN_ASKED);
+    run_end(run->bench, run->record->fence, RUN_ASKED);
 }

@@ -43,7 +43,7 @@ void serve_record_get(struct station *station, struct client *client, struct req
     reading_ask(reading, station->reader);
 }
 
-/* ---- a page --------------------------------------------------------------------------- */
+/* ---- a page ------------------------------------------------------------------------- */
 
 struct page {
     struct store_query query;
@@ -121,7 +121,7 @@ void serve_record_list(struct station *station, struct client *client, struct re
     reading_ask(reading, station->reader);
 }
 
-/* ---- export ---------------------------------------------------------------------------- */
+/* ---- export ------------------------------------------------------------------------- */
 
 static cJSON *read_export(struct reading *reading, struct worker *worker, struct refusal *refusal)
 {
@@ -160,7 +160,7 @@ void serve_record_export(struct station *station, struct client *client, struct 
     reading_ask(reading, station->chores);
 }
 
-/* ---- computed again ----------------------------------------------------------------------- */
+/* ---- computed again ----------------------------------------------------------------- */
 
 /* First the record is read, then its table is found on the loop, then all is computed
  * anew on the worker again. */

@@ -7,7 +7,7 @@
 #include "station/bench.h"
 #include "station/serve.h"
 
-/* ---- status ----------------------------------------------------------------------------- */
+/* ---- status ------------------------------------------------------------------------- */
 
 static void add_table(struct station *station, cJSON *status)
 {
@@ -55,7 +55,7 @@ void serve_status_get(struct station *station, struct client *client, struct req
 
 enum { METRICS_MAX = METHODS + 16 };
 
-/* ---- metrics ------------------------------------------------------------------------------- */
+/* ---- metrics ------------------------------------------------------------------------ */
 
 struct metric {
     char name[64];
@@ -143,7 +143,7 @@ void serve_metrics_get(struct station *station, struct client *client, struct re
     station_answer(station, &ticket, result);
 }
 
-/* ---- description ---------------------------------------------------------------------------- */
+/* ---- description -------------------------------------------------------------------- */
 
 void serve_rpc_describe(struct station *station, struct client *client, struct request *request)
 {

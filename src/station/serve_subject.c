@@ -10,7 +10,7 @@
 
 enum { LIST_LIMIT = 100, SITES_MAX = 3000 };
 
-/* ---- written -------------------------------------------------------------------------- */
+/* ---- written ------------------------------------------------------------------------ */
 
 struct subject_write {
     struct write_job write;
@@ -88,7 +88,7 @@ void serve_subject_forget(struct station *station, struct client *client, struct
     writer_ask(station->writer, &w->write);
 }
 
-/* ---- listed ------------------------------------------------------------------------------- */
+/* ---- listed ------------------------------------------------------------------------- */
 
 struct subjects {
     char after[STORE_UUID_SIZE], next[STORE_UUID_SIZE];

@@ -50,7 +50,7 @@ void serve_table_list(struct station *station, struct client *client, struct req
     station_answer(station, &ticket, result);
 }
 
-/* ---- one of them ------------------------------------------------------------------------ */
+/* ---- one of them -------------------------------------------------------------------- */
 
 struct wanted {
     const char *name; /* NULL: the default one */

@@ -16,7 +16,9 @@
 #include "station/run.h"
 #include "station/serve.h"
 
-/* ---- time ------------------------------------------------------------------------------ */
+enum { STOP_PATIENCE_MS = 400 };
+
+/* ---- time --------------------------------------------------------------------------- */
 
 static int64_t clock_ms(clockid_t clock)
 {
@@ -44,7 +46,7 @@ void station_time_text(int64_t realtime_ms, char text[STORE_TIME_SIZE])
     snprintf(text + n, STORE_TIME_SIZE - n, ".%03dZ", (int)(realtime_ms % 1000));
 }
 
-/* ---- answers ------------------------------------------------------------------------------- */
+/* ---- answers ------------------------------------------------------------------------ */
 
 struct ticket ticket_of(const struct client *client, const struct request *request)
 {
@@ -108,7 +110,7 @@ void station_refuse_for(struct station *station, const struct ticket *ticket, en
     station_refuse(station, ticket, &refusal);
 }
 
-/* ---- requests to their functions ------------------------------------------------------------- */
+/* ---- requests to their functions ---------------------------------------------------- */
 
 static serve *const serves[METHODS] = {
     [METHOD_SESSION_OPEN] = serve_session_open,
@@ -176,8 +178,7 @@ void station_line(void *context, struct client *client, const char *line, size_t
     request_done(&request);
 }
 
-/* ---- events
- * -------------------------------------------------------------------------------------- */
+/* ---- events ------------------------------------------------------------------------- */
 
 struct telling {
     unsigned topic_bit;
@@ -227,8 +228,7 @@ void station_tell(struct station *station, enum event_topic topic, const char *t
     send_event(station, events_last(&station->events));
 }
 
-/* ---- tables
- * ---------------------------------------------------------------------------------------- */
+/* ---- tables ------------------------------------------------------------------------- */
 
 struct parked {
     struct parked *next;
@@ -327,8 +327,7 @@ void station_table_changed(void *context, const char *name)
         run_table_changed(station->benches[i]);
 }
 
-/* ---- life
- * ---------------------------------------------------------------------------------------------- */
+/* ---- life --------------------------------------------------------------------------- */
 
 static int on_inbox(sd_event_source *source, int fd, uint32_t events, void *userdata)
 {
@@ -409,13 +408,10 @@ enum status station_open(struct station *station)
         (sd_event_add_io(station->event, NULL, station->inbox.fd, EPOLLIN, on_inbox, station) < 0 ||
          sd_event_add_defer(station->event, &station->unpark, on_unpark, station) < 0))
         s = STATUS_NO_MEMORY;
-    if (s == STATUS_OK)
-        station_look_at_store(station);
     return s;
 }
 
-/* ---- clients come and go
- * ------------------------------------------------------------------------------ */
+/* ---- clients come and go ------------------------------------------------------------ */
 
 static bool greet(void *context, struct client *client)
 {
@@ -453,7 +449,10 @@ enum status station_listen(struct station *station, int listener_fd)
         .context = station,
     };
     rights_init(&settings.rights, group);
-    return clients_open(&settings, &station->clients);
+    enum status s = clients_open(&settings, &station->clients);
+    if (s == STATUS_OK)
+        station_look_at_store(station); /* ready is told when it is: the socket is there before */
+    return s;
 }
 
 void station_stop(struct station *station)
@@ -461,8 +460,12 @@ void station_stop(struct station *station)
     station->stopping = true;
     clients_stop_accepting(station->clients);
     for (size_t i = 0; i < station->benches_n; i++) {
-        run_end(station->benches[i], RUN_RELEASED);
-        bench_send_queue_away(station->benches[i]);
+        struct bench *bench = station->benches[i];
+        if (bench->run != NULL)
+            run_end(bench, bench->run->record->fence, RUN_STOPPING);
+        if (bench->at_work)
+            unit_cancel(bench->unit);
+        bench_send_queue_away(bench);
     }
     unpark_all(station, false);
 }
@@ -493,8 +496,13 @@ static void drain(struct station *station)
 static bool stop_threads(struct station *station)
 {
     bool stuck = false;
+    int64_t deadline_ms = station_now_ms() + STOP_PATIENCE_MS;
     for (size_t i = 0; i < station->benches_n; i++)
-        stuck = !bench_stop(station->benches[i]) || stuck;
+        (void)bench_stop(station->benches[i], 0); /* all at once, one patience for all */
+    for (size_t i = 0; i < station->benches_n; i++) {
+        int64_t left_ms = deadline_ms - station_now_ms();
+        stuck = !bench_stop(station->benches[i], left_ms > 1 ? (int)left_ms : 1) || stuck;
+    }
     drain(station);
     worker_stop(station->reader);
     worker_stop(station->chores);
@@ -507,6 +515,8 @@ static bool stop_threads(struct station *station)
 void station_close(struct station *station)
 {
     bool all_ended = !station->is_open || stop_threads(station);
+    if (station->clients != NULL)
+        unpark_all(station, false); /* while there is somebody to tell */
     clients_close(station->clients);
     store_claim_release(station->claim);
     if (!all_ended) /* a thread still uses what follows; the process ends anyway */
@@ -514,7 +524,6 @@ void station_close(struct station *station)
     for (size_t i = 0; i < station->benches_n; i++)
         bench_close(station->benches[i]);
     tables_close(station->tables);
-    unpark_all(station, false);
     sd_event_source_disable_unref(station->unpark);
     worker_close(station->reader);
     worker_close(station->chores);

@@ -18,7 +18,7 @@ enum {
     RETRY_MS = 1000,      /* after a failure that the file is not to blame for */
 };
 
-/* ---- one that is known ---------------------------------------------------------------- */
+/* ---- one that is known -------------------------------------------------------------- */
 
 /* Whether a file is the one that was looked at. */
 struct stamp {
@@ -78,7 +78,7 @@ static enum tables_state state_of(const struct entry *e)
     return e->status == STATUS_OK ? TABLES_AVAILABLE : TABLES_FAILED;
 }
 
-/* ---- its file --------------------------------------------------------------------------- */
+/* ---- its file ----------------------------------------------------------------------- */
 
 /* A name never holds what could lead out of the folder. */
 static bool name_is_valid(const char *name)
@@ -121,17 +121,7 @@ static bool same_stamp(const struct stamp *a, const struct stamp *b)
            same_time(a->modified, b->modified) && same_time(a->changed, b->changed);
 }
 
-/* ---- messages ----------------------------------------------------------------------------- */
-
-/* Messages go to clients as UTF-8; a path need not be, and a long one is cut. */
-static void make_plain(char *text)
-{
-    if (utf8_is_valid(text))
-        return;
-    for (unsigned char *p = (unsigned char *)text; *p != '\0'; p++)
-        if (*p >= 0x80)
-            *p = '?';
-}
+/* ---- messages ----------------------------------------------------------------------- */
 
 /* What `skinspec table build` calls the model; the default table has its model's name. */
 static const char *model_of(const char *name)
@@ -146,7 +136,7 @@ static void say_refused(struct entry *e)
              "table '%s' is refused: %s; look closer with 'skinspec table verify %s/table-%s.db', "
              "or make it anew with 'skinspec table build --model %s --out %s/table-%s.db --force'",
              e->name, status_text(e->status), folder, e->name, model_of(e->name), folder, e->name);
-    make_plain(e->error);
+    utf8_make_plain(e->error); /* a path need not be UTF-8, and a long one is cut */
 }
 
 static void say_missing(struct tables *tables)
@@ -157,10 +147,10 @@ static void say_missing(struct tables *tables)
              "there is no table '%s'; make it with 'mkdir -p %s && skinspec table build --model "
              "%s --out %s/table-%s.db'",
              name, folder, model_of(name), folder, name);
-    make_plain(tables->missing);
+    utf8_make_plain(tables->missing);
 }
 
-/* ---- reading it --------------------------------------------------------------------------- */
+/* ---- reading it --------------------------------------------------------------------- */
 
 /* On the thread. */
 static void run(struct job *job, void *thread)
@@ -185,11 +175,17 @@ static void run(struct job *job, void *thread)
     memcpy(e->job_info.content_sha256, table->sha256, sizeof table->sha256);
 }
 
+static void cancel(struct job *job)
+{
+    ((struct entry *)job)->job_status = STATUS_CANCELLED;
+}
+
 static void done(struct job *job);
 
 static void start(struct entry *e, bool load)
 {
     e->job.run = run;
+    e->job.cancel = cancel;
     e->job.done = done;
     e->job_load = load;
     e->job_loaded = NULL;
@@ -257,7 +253,7 @@ static void refresh(struct entry *e, bool want)
         start(e, want);
 }
 
-/* ---- the list of them --------------------------------------------------------------------- */
+/* ---- the list of them --------------------------------------------------------------- */
 
 /* Where a name stands in the list, or would. */
 static struct entry **place_of(struct tables *tables, const char *name)
@@ -356,7 +352,7 @@ void tables_close(struct tables *tables)
     free(tables);
 }
 
-/* ---- asking ------------------------------------------------------------------------------- */
+/* ---- asking ------------------------------------------------------------------------- */
 
 static struct entry *look_up(struct tables *tables, const char *name, bool want)
 {

@@ -66,6 +66,14 @@ const char *worker_state_folder(const struct worker *worker)
     return worker->state_folder;
 }
 
+static void do_job(struct worker *worker, struct job *job)
+{
+    if (job->cancel != NULL && is_ending(worker))
+        job->cancel(job);
+    else
+        job->run(job, worker);
+}
+
 static void *work(void *context)
 {
     struct worker *worker = context;
@@ -76,7 +84,7 @@ static void *work(void *context)
         struct job *job = job_queue_take(&worker->queue, -1, &closed);
         if (job == NULL)
             continue;
-        job->run(job, worker);
+        do_job(worker, job);
         inbox_put(worker->inbox, job);
     }
     worker_forget_reader(worker);
@@ -111,7 +119,7 @@ void worker_ask(struct worker *worker, struct job *job)
 {
     if (job_queue_put(&worker->queue, job))
         return;
-    job->run(job, worker); /* the thread has ended: nothing is in its way */
+    do_job(worker, job); /* the thread has ended: nothing is in its way */
     inbox_put(worker->inbox, job);
 }
 

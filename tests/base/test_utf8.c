@@ -4,6 +4,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include <string.h>
+
 #include "unity.h"
 
 void setUp(void)
@@ -112,11 +114,33 @@ static void test_by_length(void)
     TEST_ASSERT_TRUE(utf8_is_valid_n("\xff", 0));
 }
 
+/* expect: by hand; valid text stays, of other text the bytes beyond ASCII go. */
+static void test_make_plain(void)
+{
+    static const struct {
+        const char *text, *expect;
+    } rows[] = {
+        { "", "" },
+        { "plain", "plain" },
+        { "Zo\xc3\xab", "Zo\xc3\xab" },
+        { "Zo\xeb S/N 7", "Zo? S/N 7" },
+        { "\xff\xfe", "??" },
+        { "cut \xe2\x82", "cut ??" },
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        char text[32];
+        strcpy(text, rows[i].text);
+        utf8_make_plain(text);
+        TEST_ASSERT_EQUAL_STRING(rows[i].expect, text);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_edges);
     RUN_TEST(test_every_code_point);
     RUN_TEST(test_by_length);
+    RUN_TEST(test_make_plain);
     return UNITY_END();
 }

@@ -14,7 +14,7 @@ import unittest
 
 from child import Child
 from client import Client, Refused
-from daemon import INSTRUMENTED, Case, Daemon, main
+from daemon import INSTRUMENTED, Case, Daemon, main, new_uuid
 
 NOBODY = 65534
 
@@ -176,6 +176,16 @@ class Rights(Case):
                 with self.subTest(right=right, method=method):
                     self.assertEqual(answer, "ok" if may else refusal)
 
+    def test_a_kiosk_gets_nothing_by_a_foreign_uuid(self):
+        """Events tell uuids to all: they must not open the record, nor let it be corrected."""
+        again = {"uuid": self.record["uuid"], "specular": "sce", "replicates": 1, "pace": "auto"}
+        mine = {**again, "uuid": new_uuid(), "corrects": self.record["id"]}
+        calls = [
+            ("measure.start", {**request, "lease": "no-lease"}) for request in (again, mine)
+        ]
+        self.assertEqual(self.as_member("kiosk", *calls)[1], ["uuid_reused", "record_unknown"])
+        self.assertEqual(self.as_member("clinic", *calls)[1], ["ok", "lease_unknown"])
+
     def test_a_kiosk_sees_what_it_measured(self):
         def run(say):
             with self.daemon.client() as c:
@@ -206,19 +216,6 @@ class Standing(Case):
             print(f"idle for 5 s: {ticks} ticks, {resident / 1024:.1f} MB resident")
             self.assertLessEqual(ticks, 1)
             self.assertLess(resident, 40 * 1024)
-
-    def test_clock_stepped(self):
-        """Ages and deadlines do not follow the clock on the wall."""
-        if shutil.which("faketime") is None:
-            self.skipTest("faketime is not installed; tests/db and tests/station step the clock")
-        with Daemon() as daemon:
-            daemon.command = ["faketime", "-f", "+10y", *daemon.command]
-            daemon.restart()
-            with daemon.client() as c:
-                self.assertGreater(int(c.call("status.get")["time"][:4]), time.gmtime().tm_year + 8)
-                lease = c.acquire()["lease"]
-                c.calibrate(lease)
-                self.assertEqual(c.measure(lease)["seq"], 1)
 
 
 if __name__ == "__main__":
