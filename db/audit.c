@@ -62,7 +62,7 @@ static bool out_of_memory(sqlite3_stmt *row)
     return sqlite3_errcode(sqlite3_db_handle(row)) == SQLITE_NOMEM;
 }
 
-/* ---- digests of the rows an action is about ------------------------------------------- */
+/* ---- digests of the rows an action is about ----------------------------------------- */
 
 static enum status digest_row(sqlite3_stmt *select, const char *table, const char *entity,
                               struct audit_digests *ret)
@@ -98,7 +98,7 @@ static enum status digest_rows(struct audit *audit, size_t k, const char *entity
     return STATUS_OK;
 }
 
-/* ---- writing ----------------------------------------------------------------------------- */
+/* ---- writing ------------------------------------------------------------------------ */
 
 enum status audit_prepare(sqlite3 *db, struct audit *ret)
 {
@@ -214,7 +214,7 @@ void audit_forget_tail(struct audit *audit)
     audit->tail_known = false;
 }
 
-/* ---- verifying ------------------------------------------------------------------------------ */
+/* ---- verifying ---------------------------------------------------------------------- */
 
 enum { COLUMN_ID, COLUMN_ACTION = 3, COLUMN_ENTITY, COLUMN_DIGESTS, COLUMN_HASH };
 

@@ -54,7 +54,7 @@ enum status store_prepare(struct store *store)
     return s == STATUS_OK ? audit_prepare(store->db, &store->audit) : s;
 }
 
-/* ---- the clock, paths, connections ------------------------------------------------- */
+/* ---- the clock, paths, connections -------------------------------------------------- */
 
 int64_t store_now_ms(const struct store_clock *clock)
 {
@@ -165,7 +165,7 @@ bool store_files_moved(const struct store_files *files)
     return false;
 }
 
-/* ---- groups and jobs ----------------------------------------------------------------- */
+/* ---- groups and jobs ---------------------------------------------------------------- */
 
 /* What is kept of the ends of seq and of the chain holds no longer. */
 static void forget_ends(struct store *store)

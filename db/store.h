@@ -29,7 +29,7 @@
 enum { STORE_UUID_SIZE = 37, STORE_TIME_SIZE = 32, STORE_TEXT_SIZE = 256, STORE_NOTES_SIZE = 4096 };
 enum { STORE_MAX_REPLICATES = 32 };
 
-/* ---- the claim: one writer --------------------------------------------------------- */
+/* ---- the claim: one writer ---------------------------------------------------------- */
 
 /* Nobody else writes in this folder while it is held (flock on STATE/lock), whatever is the
  * matter with the store; taken at once, so that a second daemon is told before anything
@@ -41,7 +41,7 @@ struct store_claim;
 enum status store_claim(const char *state_folder, struct store_claim **ret);
 void store_claim_release(struct store_claim *claim); /* takes NULL */
 
-/* ---- opening ------------------------------------------------------------------- */
+/* ---- opening ------------------------------------------------------------------------ */
 
 struct store;
 
@@ -85,7 +85,7 @@ enum status store_begin_anew(const char *state_folder); /* takes the claim for t
 
 const char *store_station_id(const struct store *store); /* random, made with the file */
 
-/* ---- what is kept ----------------------------------------------------------------- */
+/* ---- what is kept ------------------------------------------------------------------- */
 
 struct store_instrument {
     char driver[48], maker[48], model[48], serial[48], firmware[48];
@@ -202,11 +202,18 @@ enum status store_audit(struct store *store, const char *who, const char *action
  * retry. */
 enum status store_prune(struct store *store);
 
+/* A commit that changes nothing, to see whether one is possible: statuses of a group.
+ * Outside a group. */
+enum status store_try(struct store *store);
+
+/* station.db or its -wal is no longer the file it was opened as. */
+bool store_is_moved(const struct store *store);
+
 /* The highest fence of a stored measurement, 0 without: leases go on above it.  Inside a
  * group as well. */
 enum status store_highest_fence(struct store *store, int64_t *ret);
 
-/* ---- checkpoints: any thread, own connection ---------------------------------------------- */
+/* ---- checkpoints: any thread, own connection ---------------------------------------- */
 
 struct store_keeper;
 
@@ -222,14 +229,18 @@ enum status store_keeper_checkpoint(struct store_keeper *keeper, int *left);
 
 /* Copy what a keeper has left, if it is no work to speak of, and let the next commit begin the
  * WAL anew: under a steady load no PASSIVE checkpoint ever finds it all copied, and it would
- * grow for good.  Never waits: *restarted is false where a reader holds it.  On the
- * writer's thread, outside a group. */
-enum status store_restart_wal(struct store *store, bool *restarted);
+ * grow for good.  cut: the file is cut to nothing, as it is anyway when it is large.  Never
+ * waits: *restarted is false where a reader holds it.  STATUS_IO also where the file was
+ * moved.  On the writer's thread, outside a group. */
+enum status store_restart_wal(struct store *store, bool cut, bool *restarted);
+
+/* Size of the WAL of an open store; 0 where it is gone. */
+int64_t store_own_wal_bytes(const struct store *store);
 
 /* Size of the WAL, 0 where there is none: for an alarm when a long reader pins it. */
 enum status store_wal_bytes(const char *state_folder, int64_t *ret);
 
-/* ---- reading: any thread, own connection --------------------------------------------- */
+/* ---- reading: any thread, own connection -------------------------------------------- */
 
 struct store_reader;
 

@@ -19,7 +19,7 @@
 
 #define ASIDE STORE_FILE ".damaged-"
 
-/* ---- what a file is ------------------------------------------------------------------ */
+/* ---- what a file is ----------------------------------------------------------------- */
 
 enum { HEADER_SIZE = 100, SIGN_RANGE = 1 << 20 };
 static const char magic[16] = "SQLite format 3";
@@ -120,21 +120,26 @@ enum status store_judge(const char *folder, const char **why)
     return s;
 }
 
-/* ---- the marker ------------------------------------------------------------------------ */
+/* ---- the marker --------------------------------------------------------------------- */
 
-bool store_is_put_aside(const char *folder, char name[STORE_TEXT_SIZE])
+enum status store_find_aside(const char *folder, char name[STORE_TEXT_SIZE])
 {
     char path[STORE_PATH_SIZE];
     name[0] = '\0';
     FILE *file = fopen(store_path(folder, STORE_MARKER, path), "re");
-    if (file == NULL)
-        return errno != ENOENT;
+    if (file == NULL && errno == ENOENT)
+        return STATUS_NOT_FOUND;
+    if (file == NULL) {
+        enum status s = sql_errno_status(errno);
+        log_error("store: '%s': %s", path, strerror(errno));
+        return s;
+    }
     if (fgets(name, STORE_TEXT_SIZE, file) != NULL)
         name[strcspn(name, "\n")] = '\0';
     fclose(file);
     if (strncmp(name, ASIDE, sizeof ASIDE - 1) != 0 || strchr(name, '/') != NULL)
         name[0] = '\0';
-    return true;
+    return STATUS_OK;
 }
 
 static enum status write_marker(const char *folder, const char *name, const char *why)
@@ -160,7 +165,7 @@ static enum status write_marker(const char *folder, const char *name, const char
     return good ? STATUS_OK : STATUS_IO;
 }
 
-/* ---- moving aside ----------------------------------------------------------------------- */
+/* ---- moving aside ------------------------------------------------------------------- */
 
 /* A name that nothing has: ...damaged-20260131T120000Z, ...Z-2, ... */
 static void choose_name(const char *folder, int64_t now_ms, char name[STORE_TEXT_SIZE])
@@ -219,7 +224,7 @@ void store_put_aside(const char *folder, int64_t now_ms, const char *why)
                   folder, why, name);
 }
 
-/* ---- reading what was moved aside ------------------------------------------------------- */
+/* ---- reading what was moved aside --------------------------------------------------- */
 
 enum status store_connect_aside(const char *path, sqlite3 **ret)
 {
@@ -231,7 +236,7 @@ enum status store_connect_aside(const char *path, sqlite3 **ret)
     return s;
 }
 
-/* ---- beginning anew ------------------------------------------------------------------------ */
+/* ---- beginning anew ----------------------------------------------------------------- */
 
 /* What the damaged file still tells of seq, each in a place of its own, row by row:
  * beyond the first page that cannot be read nothing is. */
@@ -298,9 +303,8 @@ static enum status accept(const char *folder, const char *aside)
 enum status store_begin_anew_claimed(struct store_claim *claim)
 {
     char aside[STORE_TEXT_SIZE];
-    if (!store_is_put_aside(claim->folder, aside))
-        return STATUS_NOT_FOUND;
-    return accept(claim->folder, aside);
+    enum status s = store_find_aside(claim->folder, aside);
+    return s == STATUS_OK ? accept(claim->folder, aside) : s;
 }
 
 enum status store_begin_anew(const char *state_folder)

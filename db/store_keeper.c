@@ -60,19 +60,43 @@ void store_keeper_close(struct store_keeper *keeper)
     free(keeper);
 }
 
-/* Overwriting pages that are there is cheaper than new ones; one that grew out of measure
- * is cut to nothing. */
-static int restart_mode(const struct store *store)
+bool store_is_moved(const struct store *store)
 {
-    struct stat st;
-    bool large = stat(store->files.file[1].path, &st) == 0 && st.st_size > STORE_LARGE_WAL;
-    return large ? SQLITE_CHECKPOINT_TRUNCATE : SQLITE_CHECKPOINT_RESTART;
+    return store_files_moved(&store->files);
 }
 
-enum status store_restart_wal(struct store *store, bool *restarted)
+int64_t store_own_wal_bytes(const struct store *store)
 {
+    struct stat st;
+    return stat(store->files.file[1].path, &st) == 0 ? st.st_size : 0;
+}
+
+enum status store_try(struct store *store)
+{
+    enum status s = store_begin(store);
+    if (s != STATUS_OK)
+        return s;
+    /* Written as it was: SQLite does not look whether it differs. */
+    s = sql_run(store->db, "PRAGMA application_id = 1399542644"); /* STATION_APPLICATION_ID */
+    if (s == STATUS_OK)
+        return store_commit(store);
+    log_error("store: cannot write: %s", sql_reason(store->db));
+    store_rollback(store);
+    return s;
+}
+
+enum status store_restart_wal(struct store *store, bool cut, bool *restarted)
+{
+    /* Overwriting pages that are there is cheaper than new ones; one that grew out of
+     * measure is cut to nothing. */
+    bool large = cut || store_own_wal_bytes(store) > STORE_LARGE_WAL;
+    int mode = large ? SQLITE_CHECKPOINT_TRUNCATE : SQLITE_CHECKPOINT_RESTART;
+    if (store_files_moved(&store->files)) {
+        log_error("store: " STORE_FILE " or its -wal was moved or deleted; no checkpoint");
+        return STATUS_IO;
+    }
     sqlite3_busy_timeout(store->db, 0);
-    int code = sqlite3_wal_checkpoint_v2(store->db, NULL, restart_mode(store), NULL, NULL);
+    int code = sqlite3_wal_checkpoint_v2(store->db, NULL, mode, NULL, NULL);
     sqlite3_busy_timeout(store->db, STORE_PATIENCE_MS);
     enum status s = code == SQLITE_BUSY ? STATUS_OK : sql_status_of(store->db, code);
     if (s == STATUS_OK)

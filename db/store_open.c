@@ -22,7 +22,7 @@ void store_sync_folder(const char *folder)
     }
 }
 
-/* ---- a new file ----------------------------------------------------------------------- */
+/* ---- a new file --------------------------------------------------------------------- */
 
 /* secure_delete overwrites what is deleted, temp_store keeps copies of it off the disk.
  * cell_size_check notices more damage.  Checkpoints are the worker's; the WAL shrinks
@@ -113,7 +113,7 @@ enum status store_make(const char *folder, int64_t now_ms, int64_t first_seq)
     return s;
 }
 
-/* ---- an old one ------------------------------------------------------------------------- */
+/* ---- an old one --------------------------------------------------------------------- */
 
 /* STATUS_DAMAGED with SQLite's words where quick_check finds something. */
 static enum status check(sqlite3 *db, char why[STORE_WHY_SIZE])
@@ -235,8 +235,9 @@ static enum status set_up(struct store *store, const char *folder)
 static enum status not_put_aside(const char *folder)
 {
     char aside[STORE_TEXT_SIZE];
-    if (!store_is_put_aside(folder, aside))
-        return STATUS_OK;
+    enum status s = store_find_aside(folder, aside);
+    if (s != STATUS_OK)
+        return s == STATUS_NOT_FOUND ? STATUS_OK : s;
     log_error("store: '%s/%s' was damaged and is kept; nothing is stored until an empty "
               "store is accepted",
               folder, aside);
@@ -281,11 +282,12 @@ enum status store_open(const char *state_folder, const struct store_clock *clock
 }
 
 /* Readers that are still there keep SQLite from doing this by itself.  A damaged file
- * is left as it is. */
+ * is left as it is, and so is a WAL whose file has lost its name: it would be emptied
+ * into nowhere. */
 static void last_checkpoint(struct store *store)
 {
     bool erased;
-    if (store->damaged) {
+    if (store->damaged || store_files_moved(&store->files)) {
         (void)sqlite3_db_config(store->db, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
         return;
     }

@@ -86,7 +86,7 @@ struct store {
     const char *bad_member; /* of the last refusal */
 };
 
-/* ---- store.c ------------------------------------------------------------------- */
+/* ---- store.c ------------------------------------------------------------------------ */
 
 enum status store_prepare(struct store *store);
 
@@ -118,13 +118,13 @@ enum status store_connect(const char *path, int flags, sqlite3 **ret);
 enum status store_connect_alone(const char *path, sqlite3 **ret);
 bool store_has_wal(const char *path); /* with something in it */
 
-/* ---- store_open.c ---------------------------------------------------------------- */
+/* ---- store_open.c ------------------------------------------------------------------- */
 
 /* A complete new station.db, put in its place at once or not at all. */
 enum status store_make(const char *folder, int64_t now_ms, int64_t first_seq);
 void store_sync_folder(const char *folder);
 
-/* ---- store_damage.c ---------------------------------------------------------------- */
+/* ---- store_damage.c ----------------------------------------------------------------- */
 
 enum { STORE_WHY_SIZE = 256 };
 
@@ -135,14 +135,14 @@ enum status store_judge(const char *folder, const char **why);
 /* Move the damaged file aside, marker first; logs what happened. */
 void store_put_aside(const char *folder, int64_t now_ms, const char *why);
 
-/* Is the marker there, and what is the name of the file that was moved aside ("" where
- * the marker does not say)? */
-bool store_is_put_aside(const char *folder, char name[STORE_TEXT_SIZE]);
+/* The name of the file that was moved aside, "" where the marker does not say.
+ * STATUS_NOT_FOUND where there is no marker; where nobody can tell, the cause, logged. */
+enum status store_find_aside(const char *folder, char name[STORE_TEXT_SIZE]);
 
 /* To read what can be read of it; leaves the file as it is. */
 enum status store_connect_aside(const char *path, sqlite3 **ret);
 
-/* ---- store_row.c --------------------------------------------------------------------- */
+/* ---- store_row.c -------------------------------------------------------------------- */
 
 /* A row of a table that the chain covers: its columns in order, borrowed until it is
  * inserted. */
@@ -161,7 +161,7 @@ void store_row_blob(struct store_row *row, const char *name, const unsigned char
                     size_t n); /* 0: NULL */
 enum status store_row_insert(struct store_row *row, struct audit_digests *digests);
 
-/* ---- store_record.c ------------------------------------------------------------------ */
+/* ---- store_record.c ----------------------------------------------------------------- */
 
 /* The member that does not fit; NULL where all do. */
 const char *store_record_misfit(const struct store_record *record);
@@ -179,7 +179,7 @@ enum status store_record_insert(sqlite3_stmt *insert, const struct store_record 
 enum status store_match_insert(sqlite3_stmt *insert, const struct store_record *record, int64_t seq,
                                struct audit_digests *digests);
 
-/* ---- store_record_read.c ------------------------------------------------------------- */
+/* ---- store_record_read.c ------------------------------------------------------------ */
 
 #define STORE_RECORD_SELECT \
     "SELECT i.driver, i.maker, i.model, i.serial, i.firmware, p.name," \
@@ -199,7 +199,7 @@ double store_number_read(sqlite3_stmt *row, int column); /* NAN for NULL */
 /* Raw integers, malloc'ed; NULL and 0 for NULL. */
 enum status store_raw_read(sqlite3_stmt *row, int column, int32_t **ret, size_t *n);
 
-/* ---- store_read.c --------------------------------------------------------------------- */
+/* ---- store_read.c ------------------------------------------------------------------- */
 
 #define STORE_HIGHEST_FENCE "SELECT max(fence) FROM measurement WHERE fence > 0"
 

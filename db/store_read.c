@@ -42,7 +42,7 @@ static const char *const query_sql[READER_QUERIES] = {
         " ORDER BY c.id DESC LIMIT 1",
 };
 
-/* ---- opening ------------------------------------------------------------------------------ */
+/* ---- opening ------------------------------------------------------------------------ */
 
 /* station.db, or what it was moved to. */
 static enum status find_file(const char *folder, char path[STORE_PATH_SIZE], bool *aside)
@@ -51,8 +51,10 @@ static enum status find_file(const char *folder, char path[STORE_PATH_SIZE], boo
     enum status s = store_folder_fits(folder);
     if (s != STATUS_OK)
         return s;
-    *aside = store_is_put_aside(folder, name) && *name != '\0' &&
-             access(store_path(folder, name, path), F_OK) == 0;
+    s = store_find_aside(folder, name);
+    if (s != STATUS_OK && s != STATUS_NOT_FOUND)
+        return s;
+    *aside = s == STATUS_OK && *name != '\0' && access(store_path(folder, name, path), F_OK) == 0;
     if (*aside || access(store_path(folder, STORE_FILE, path), F_OK) == 0)
         return STATUS_OK;
     if (errno == ENOENT)

@@ -8,7 +8,7 @@
 #include "db/sql.h"
 #include "db/store_private.h"
 
-/* ---- what fits together --------------------------------------------------------------- */
+/* ---- what fits together ------------------------------------------------------------- */
 
 static bool same_grid(const struct spectrum *a, const struct spectrum *b)
 {
@@ -40,7 +40,7 @@ const char *store_record_misfit(const struct store_record *r)
     return NULL;
 }
 
-/* ---- blobs ------------------------------------------------------------------------------- */
+/* ---- blobs -------------------------------------------------------------------------- */
 
 struct writer {
     unsigned char *at;
@@ -108,7 +108,7 @@ static enum status make_blobs(const struct store_record *r, struct blobs *ret)
     return STATUS_OK;
 }
 
-/* ---- writing -------------------------------------------------------------------------------- */
+/* ---- writing ------------------------------------------------------------------------ */
 
 /* In the order of the table. */
 static void put_origin(struct store_row *row, const struct store_record *r,

@@ -27,7 +27,7 @@ double store_number_read(sqlite3_stmt *row, int column)
                                                            : sqlite3_column_double(row, column);
 }
 
-/* ---- records ------------------------------------------------------------------------------- */
+/* ---- records ------------------------------------------------------------------------ */
 
 /* Columns in the order of the statement. */
 struct cursor {

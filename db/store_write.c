@@ -36,7 +36,7 @@ static enum status refuse(struct store *store, const char *member, enum status s
     return s;
 }
 
-/* ---- what a row refers to ------------------------------------------------------------- */
+/* ---- what a row refers to ----------------------------------------------------------- */
 
 /* "" refers to nothing. */
 static enum status must_exist(struct store *store, enum store_statement find, const char *id,
@@ -96,7 +96,7 @@ static bool has_instrument(const struct store_instrument *i)
     return (i->driver[0] | i->maker[0] | i->model[0] | i->serial[0] | i->firmware[0]) != 0;
 }
 
-/* ---- records --------------------------------------------------------------------------- */
+/* ---- records ------------------------------------------------------------------------ */
 
 /* What store_add_record() gives out. */
 struct outcome {
@@ -217,7 +217,7 @@ enum status store_add_record(struct store *store, struct store_record *record, b
     return STATUS_OK;
 }
 
-/* ---- calibrations ------------------------------------------------------------------------ */
+/* ---- calibrations ------------------------------------------------------------------- */
 
 static enum status insert_calibration(struct store *store, const struct store_calibration *c,
                                       struct stamp *stamp)
@@ -258,7 +258,7 @@ enum status store_add_calibration(struct store *store, struct store_calibration 
     return STATUS_OK;
 }
 
-/* ---- subjects ------------------------------------------------------------------------------- */
+/* ---- subjects ----------------------------------------------------------------------- */
 
 static enum status insert_subject(struct store *store, const struct store_subject *subject,
                                   const char *who, char id[STORE_UUID_SIZE])

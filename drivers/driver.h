@@ -22,7 +22,7 @@
 
 #include "base/spectrum.h"
 
-/* ---- what a call can end with ------------------------------------------------- */
+/* ---- what a call can end with ------------------------------------------------------- */
 
 enum driver_result {
     DRIVER_OK = 0,
@@ -58,7 +58,7 @@ enum driver_result driver_fail(struct driver_error *error, enum driver_result re
                                const char *code, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
-/* ---- what an instrument is ----------------------------------------------------- */
+/* ---- what an instrument is ---------------------------------------------------------- */
 
 enum { DRIVER_MAX_APERTURES = 4, DRIVER_MAX_GRIDS = 4 };
 
@@ -97,7 +97,7 @@ struct driver_setup {
     size_t grid, aperture; /* index into the identity's lists; 0, 0 after open() */
 };
 
-/* ---- what is due ----------------------------------------------------------------- */
+/* ---- what is due -------------------------------------------------------------------- */
 
 /* In the order in which they are made. */
 enum driver_calibration { DRIVER_CALIBRATION_ZERO, DRIVER_CALIBRATION_WHITE, DRIVER_CALIBRATIONS };
@@ -112,7 +112,7 @@ struct driver_status {
     double temperature_C;                              /* NAN: not known */
 };
 
-/* ---- what a measurement gives ------------------------------------------------------ */
+/* ---- what a measurement gives ------------------------------------------------------- */
 
 enum driver_warning {
     DRIVER_WARNING_BATTERY_LOW = 1 << 0,

@@ -72,7 +72,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
     return 0;
 }
 
-/* ---- pages -------------------------------------------------------------------------------- */
+/* ---- pages -------------------------------------------------------------------------- */
 
 struct page {
     int64_t since_seq; /* -1: from the first */

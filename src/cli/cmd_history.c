@@ -65,7 +65,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
     return 0;
 }
 
-/* ---- one record --------------------------------------------------------------------------- */
+/* ---- one record --------------------------------------------------------------------- */
 
 static void print_recomputed(const cJSON *result)
 {
@@ -101,7 +101,7 @@ static bool show_one(struct remote *remote, const struct arguments *a)
     return good;
 }
 
-/* ---- many ------------------------------------------------------------------------------------ */
+/* ---- many --------------------------------------------------------------------------- */
 
 /* The newest `limit` records of those that came by; with limit 0 each is printed at once. */
 struct tail {

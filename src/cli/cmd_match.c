@@ -126,7 +126,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
     return 0;
 }
 
-/* ---- a batch ------------------------------------------------------------------ */
+/* ---- a batch ------------------------------------------------------------------------ */
 
 /* Rows read, answered on all cores, printed in order; then the next.  So memory
  * does not grow with the input. */
@@ -277,7 +277,7 @@ static int run(struct job *job)
     return done ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
-/* ---- before the first row ------------------------------------------------------- */
+/* ---- before the first row ----------------------------------------------------------- */
 
 /* What is wrong for all rows is said once. */
 static int check_bands(const struct job *job)

@@ -11,7 +11,7 @@
 #include "cli/prompt.h"
 #include "cli/remote.h"
 
-/* ---- verify -------------------------------------------------------------------------------- */
+/* ---- verify ------------------------------------------------------------------------- */
 
 static const struct argp_option verify_options[] = {
     OPTION_ROW_SOCKET,
@@ -66,7 +66,7 @@ static int run_verify(int argc, char **argv)
     return out_exit(sound);
 }
 
-/* ---- begin-anew ---------------------------------------------------------------------------- */
+/* ---- begin-anew --------------------------------------------------------------------- */
 
 static const struct argp_option anew_options[] = {
     { "yes", OPTION_YES, NULL, 0, "Ask nobody", 0 },
@@ -126,8 +126,7 @@ static int run_begin_anew(int argc, char **argv)
     return out_exit(good);
 }
 
-/* ---- all of them
- * ---------------------------------------------------------------------------------- */
+/* ---- all of them -------------------------------------------------------------------- */
 
 static const struct {
     const char *name, *summary;

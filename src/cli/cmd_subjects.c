@@ -11,7 +11,7 @@
 #include "cli/prompt.h"
 #include "cli/remote.h"
 
-/* ---- subjects ------------------------------------------------------------------------------- */
+/* ---- subjects ----------------------------------------------------------------------- */
 
 static const struct argp_option list_options[] = {
     OPTION_ROW_SOCKET,
@@ -88,7 +88,7 @@ int cmd_subjects(int argc, char **argv)
     return out_end(&out) == STATUS_OK && good ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
-/* ---- add-subject --------------------------------------------------------------------------- */
+/* ---- add-subject -------------------------------------------------------------------- */
 
 enum { OPTION_LABEL = OPTION_OWN, OPTION_NAME, OPTION_BIRTH_YEAR, OPTION_NOTES };
 
@@ -180,8 +180,7 @@ int cmd_add_subject(int argc, char **argv)
     return out_exit(good);
 }
 
-/* ---- forget-subject
- * ------------------------------------------------------------------------------ */
+/* ---- forget-subject ----------------------------------------------------------------- */
 
 static const struct argp_option forget_options[] = {
     { "yes", OPTION_YES, NULL, 0, "Ask nobody", 0 },

@@ -21,7 +21,7 @@
 #include "db/table_verify.h"
 #include "optics/dipole.h"
 
-/* ---- build ------------------------------------------------------------------ */
+/* ---- build -------------------------------------------------------------------------- */
 
 enum { OPTION_MODEL = OPTION_OWN, OPTION_OUT, OPTION_RTREE, OPTION_RGB_AS };
 
@@ -220,7 +220,7 @@ static int run_build(int argc, char **argv)
     return out_exit(s == STATUS_OK);
 }
 
-/* ---- info and verify ---------------------------------------------------------- */
+/* ---- info and verify ---------------------------------------------------------------- */
 
 enum { OPTION_TABLES = OPTION_OWN };
 

@@ -13,7 +13,7 @@
 static const char *const step_names[] = { "zero", "white" };
 enum { STEPS = sizeof step_names / sizeof *step_names };
 
-/* ---- how a step stands ------------------------------------------------------------------- */
+/* ---- how a step stands -------------------------------------------------------------- */
 
 static const cJSON *state_of(const cJSON *calibration, const char *step)
 {
@@ -57,7 +57,7 @@ const char *guide_cause(const cJSON *state)
     return cause;
 }
 
-/* ---- telling ------------------------------------------------------------------------------- */
+/* ---- telling ------------------------------------------------------------------------ */
 
 const char *guide_duration(double seconds, char text[GUIDE_TIME_SIZE])
 {
@@ -95,7 +95,7 @@ static void tell_step(FILE *to, const char *step, const cJSON *state)
             *cause != '\0' ? ")" : "");
 }
 
-/* ---- doing --------------------------------------------------------------------------------- */
+/* ---- doing -------------------------------------------------------------------------- */
 
 /* Enter, with the lease kept meanwhile; events are passed over. */
 static bool wait_for_enter(struct remote *remote, FILE *to)

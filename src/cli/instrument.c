@@ -9,7 +9,7 @@
 #include "cli/member.h"
 #include "cli/options.h"
 
-/* ---- choosing -------------------------------------------------------------------------- */
+/* ---- choosing ----------------------------------------------------------------------- */
 
 static void log_names(const char *what, const cJSON *instruments)
 {
@@ -59,7 +59,7 @@ cJSON *instrument_choose(struct remote *remote, const char *name, int *exit_stat
     return chosen;
 }
 
-/* ---- the lease ----------------------------------------------------------------------------- */
+/* ---- the lease ---------------------------------------------------------------------- */
 
 /* Of an event lease/queued about this connection. */
 static void tell_place(const struct remote *remote, const struct answer *event, const char *name)

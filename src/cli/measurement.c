@@ -25,7 +25,7 @@ struct run {
     cJSON *record;
 };
 
-/* ---- requests ------------------------------------------------------------------------------ */
+/* ---- requests ----------------------------------------------------------------------- */
 
 static void add_known(cJSON *params, const char *name, const char *text)
 {
@@ -57,7 +57,7 @@ static bool send_uuid(struct run *run, enum method method, int64_t *id)
     return remote_send(run->remote, method, params, id) == STATUS_OK;
 }
 
-/* ---- what comes ---------------------------------------------------------------------------- */
+/* ---- what comes --------------------------------------------------------------------- */
 
 static void tell_shot(const cJSON *data)
 {
@@ -153,8 +153,7 @@ static int take_stop(struct run *run)
     return send_uuid(run, METHOD_MEASURE_CANCEL, &run->cancel_id) ? GOES_ON : ENDED;
 }
 
-/* ---- the whole
- * ----------------------------------------------------------------------------------- */
+/* ---- the whole ---------------------------------------------------------------------- */
 
 /* A cancelled measurement has this long to end. */
 enum { CANCEL_MS = 10000 };

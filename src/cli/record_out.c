@@ -14,7 +14,7 @@
 #include "cli/plot.h"
 #include "station/wire.h"
 
-/* ---- flags -------------------------------------------------------------------------------- */
+/* ---- flags -------------------------------------------------------------------------- */
 
 /* Tokens that records and matches carry, in words. */
 static const struct {
@@ -76,7 +76,7 @@ const char *record_out_flags(const cJSON *flags, char text[RECORD_FLAGS_SIZE])
     return text;
 }
 
-/* ---- a page --------------------------------------------------------------------------------- */
+/* ---- a page ------------------------------------------------------------------------- */
 
 static void print_origin(const struct store_record *r)
 {
@@ -151,7 +151,7 @@ enum status record_out(const cJSON *record)
     return STATUS_OK;
 }
 
-/* ---- a line ---------------------------------------------------------------------------------- */
+/* ---- a line ------------------------------------------------------------------------- */
 
 /* UTF-8, padded or cut to so many characters, and two blanks. */
 static void print_cell(const char *text, int width)

@@ -29,7 +29,7 @@ struct remote {
     int64_t renew_ms, renew_at_ms, renew_id; /* renew_id 0: no renewal under way */
 };
 
-/* ---- requests ------------------------------------------------------------------------------ */
+/* ---- requests ----------------------------------------------------------------------- */
 
 enum status remote_send(struct remote *r, enum method method, cJSON *params, int64_t *id)
 {
@@ -72,7 +72,7 @@ void remote_done(struct answer *answer)
     *answer = (struct answer){ 0 };
 }
 
-/* ---- the lease ------------------------------------------------------------------------------- */
+/* ---- the lease ---------------------------------------------------------------------- */
 
 void remote_hold(struct remote *r, const char *lease, double lasts_ms)
 {
@@ -105,7 +105,7 @@ static enum status renew(struct remote *r)
     return remote_send(r, METHOD_INSTRUMENT_RENEW, params, &r->renew_id);
 }
 
-/* ---- lines ----------------------------------------------------------------------------------- */
+/* ---- lines -------------------------------------------------------------------------- */
 
 static bool answers(const struct answer *a, int64_t id)
 {
@@ -215,7 +215,7 @@ enum remote_news remote_next(struct remote *r, const struct remote_watch *watch,
     return REMOTE_LINE;
 }
 
-/* ---- replies ------------------------------------------------------------------------------- */
+/* ---- replies ------------------------------------------------------------------------ */
 
 static void keep(struct remote *r, const struct answer *answer)
 {
@@ -286,7 +286,7 @@ cJSON *remote_subscribe(struct remote *r, unsigned topics, int64_t since_seq)
     return remote_ask(r, METHOD_EVENTS_SUBSCRIBE, params);
 }
 
-/* ---- opening ------------------------------------------------------------------------------- */
+/* ---- opening ------------------------------------------------------------------------ */
 
 static enum status hear_hello(struct remote *r)
 {

@@ -22,7 +22,7 @@ int64_t remote_now_ms(void)
     return 1000 * (int64_t)t.tv_sec + t.tv_nsec / 1000000;
 }
 
-/* ---- finding and connecting ------------------------------------------------------------- */
+/* ---- finding and connecting --------------------------------------------------------- */
 
 /* A descriptor, or -1 with errno. */
 static int connect_to(const char *path)
@@ -105,7 +105,7 @@ void remote_socket_close(struct remote_socket *s)
     free(s->in);
 }
 
-/* ---- bytes ---------------------------------------------------------------------------------- */
+/* ---- bytes -------------------------------------------------------------------------- */
 
 enum status remote_socket_write(struct remote_socket *s, const char *text, size_t n)
 {

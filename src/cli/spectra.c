@@ -88,7 +88,7 @@ static const char *shown(const char *text, char cut[48])
     return cut;
 }
 
-/* ---- header ---------------------------------------------------------------- */
+/* ---- header ------------------------------------------------------------------------- */
 
 static void log_at_header(const struct spectra *s, size_t field, const char *format, va_list args)
     __attribute__((format(printf, 3, 0)));
@@ -268,7 +268,7 @@ void spectra_close(struct spectra *spectra)
     free(spectra);
 }
 
-/* ---- rows ------------------------------------------------------------------- */
+/* ---- rows --------------------------------------------------------------------------- */
 
 static void refuse_at(const struct spectra *s, struct spectra_row *row, size_t field,
                       const char *format, va_list args) __attribute__((format(printf, 4, 0)));

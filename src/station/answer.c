@@ -70,7 +70,7 @@ double answer_a_star(struct answer_weights *weights, const struct spectrum *spec
     return colour.Lab[1];
 }
 
-/* ---- match ---------------------------------------------------------------------------- */
+/* ---- match -------------------------------------------------------------------------- */
 
 bool answer_is_quick(struct loaded_table *table, enum match_by by, size_t k)
 {
@@ -113,7 +113,7 @@ enum status answer_match(struct loaded_table *table, enum match_by by, size_t k,
     return s;
 }
 
-/* ---- both again ------------------------------------------------------------------------ */
+/* ---- both again --------------------------------------------------------------------- */
 
 struct comparison {
     bool same;

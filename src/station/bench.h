@@ -49,7 +49,7 @@ void bench_close(struct bench *bench);
 
 struct bench *bench_find(struct station *station, const char *name);
 
-/* ---- how it stands -------------------------------------------------------------------- */
+/* ---- how it stands ------------------------------------------------------------------ */
 
 cJSON *bench_json(struct bench *bench);
 cJSON *bench_list_json(struct station *station);
@@ -78,7 +78,7 @@ void bench_forget_calibrations(struct bench *bench); /* the store has no such ro
 /* As the records name it. */
 struct store_instrument bench_instrument(const struct bench *bench);
 
-/* ---- leases (bench_lease.c) ------------------------------------------------------------- */
+/* ---- leases (bench_lease.c) --------------------------------------------------------- */
 
 /* The bench whose lease the request's params name, renewed by this use; else NULL with
  * *refusal. */

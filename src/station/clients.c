@@ -13,11 +13,11 @@
 
 #include "base/log.h"
 
-enum { ACCEPT_AT_ONCE = 16 };
+enum { ACCEPT_AT_ONCE = 16, ACCEPT_REST_MS = 100 };
 
 struct clients {
     struct clients_settings settings;
-    sd_event_source *listener, *reaper;
+    sd_event_source *listener, *rested, *reaper;
     int spare_fd; /* given up for a moment, to refuse a client when there are no more */
     uint64_t next;
     size_t places; /* one more than the limit, for root */
@@ -37,7 +37,7 @@ static int open_spare(void)
     return open("/dev/null", O_RDONLY | O_CLOEXEC);
 }
 
-/* ---- going --------------------------------------------------------------------------- */
+/* ---- going -------------------------------------------------------------------------- */
 
 static void drop(struct client *client)
 {
@@ -74,29 +74,43 @@ static int on_reap(sd_event_source *source, void *userdata)
     return 0;
 }
 
-/* ---- sending ----------------------------------------------------------------------------- */
+/* ---- sending ------------------------------------------------------------------------ */
+
+static int on_again(sd_event_source *source, void *userdata);
+
+/* The lines that wait have their turn behind all that is pending.  The source is made anew each
+ * time: one that is only switched on again has been pending since it was made, as sd-event
+ * counts, and would come before everybody. */
+static void set_again(struct client *client, bool on)
+{
+    if (!on)
+        client->again = sd_event_source_disable_unref(client->again);
+    else if (client->again == NULL &&
+             sd_event_add_defer(client->of->settings.event, &client->again, on_again, client) < 0)
+        drop(client);
+}
 
 /* Watch for what is wanted now: room to send, more to read, the time of an idle reader. */
 static void watch(struct client *client)
 {
     size_t unsent = connection_unsent(&client->connection);
-    bool reads = !client->leaving && unsent < CLIENTS_UNSENT_PAUSE;
+    bool reads = !client->leaving && !client->said_all && unsent < CLIENTS_UNSENT_PAUSE;
+    bool is_done = client->leaving || (client->said_all && client->open_requests == 0);
     if (client->doomed)
         return;
-    if (client->leaving && unsent == 0) {
+    if (is_done && unsent == 0) {
         drop(client);
         return;
     }
     sd_event_source_set_io_events(client->io,
                                   (reads && !client->connection.has_line ? EPOLLIN : 0) |
                                       (unsent > 0 ? EPOLLOUT : 0));
-    sd_event_source_set_enabled(
-        client->again, reads && client->connection.has_line ? SD_EVENT_ONESHOT : SD_EVENT_OFF);
     if (unsent > 0) {
         uint64_t at_us = (uint64_t)connection_deadline_ms(&client->connection) * 1000;
         sd_event_source_set_time(client->deadline, at_us);
     }
     sd_event_source_set_enabled(client->deadline, unsent > 0 ? SD_EVENT_ONESHOT : SD_EVENT_OFF);
+    set_again(client, reads && client->connection.has_line);
 }
 
 void client_send(struct client *client, const struct line *line)
@@ -111,7 +125,7 @@ void client_send(struct client *client, const struct line *line)
     }
     if (s != STATUS_OK)
         drop(client);
-    else if (connection_unsent(&client->connection) > 0)
+    else if (connection_unsent(&client->connection) > 0 || client->said_all)
         watch(client);
 }
 
@@ -121,7 +135,12 @@ void client_leave(struct client *client)
     watch(client);
 }
 
-/* ---- reading -------------------------------------------------------------------------------- */
+void client_end_turn(struct client *client)
+{
+    client->turn_over = true;
+}
+
+/* ---- reading ------------------------------------------------------------------------ */
 
 static bool on_line(void *context, char *line, size_t n)
 {
@@ -129,7 +148,7 @@ static bool on_line(void *context, char *line, size_t n)
     struct clients *clients = client->of;
     if (n > 0) /* an empty line is nothing */
         clients->settings.line(clients->settings.context, client, line, n);
-    return !client->doomed && !client->leaving;
+    return !client->doomed && !client->leaving && !client->turn_over;
 }
 
 static void refuse_long_line(struct client *client)
@@ -147,10 +166,13 @@ static void refuse_long_line(struct client *client)
 
 static void read_some(struct client *client)
 {
+    client->turn_over = false;
     enum status s = connection_read(&client->connection, CLIENTS_LINES_AT_ONCE, on_line, client);
     if (s == STATUS_RANGE)
         refuse_long_line(client);
-    else if (s == STATUS_NOT_FOUND || s == STATUS_IO)
+    else if (s == STATUS_NOT_FOUND)
+        client->said_all = true; /* one that is gone altogether shows as EPOLLHUP next */
+    else if (s == STATUS_IO)
         drop(client);
     watch(client);
 }
@@ -160,12 +182,14 @@ static int on_io(sd_event_source *source, int fd, uint32_t events, void *userdat
     struct client *client = userdata;
     (void)source;
     (void)fd;
+    bool readable = (events & EPOLLIN) != 0; /* what was said before a hang-up still counts */
+    bool gone = !readable && (events & (EPOLLHUP | EPOLLERR)) != 0;
     if ((events & EPOLLOUT) != 0 && connection_flush(&client->connection, now_ms()) != STATUS_OK)
+        gone = true;
+    if (gone)
         drop(client);
-    else if ((events & EPOLLIN) != 0)
+    else if (readable)
         read_some(client);
-    else if ((events & (EPOLLHUP | EPOLLERR)) != 0)
-        drop(client);
     else
         watch(client);
     return 0;
@@ -173,8 +197,10 @@ static int on_io(sd_event_source *source, int fd, uint32_t events, void *userdat
 
 static int on_again(sd_event_source *source, void *userdata)
 {
+    struct client *client = userdata;
     (void)source;
-    read_some(userdata);
+    client->again = sd_event_source_disable_unref(client->again);
+    read_some(client);
     return 0;
 }
 
@@ -194,7 +220,7 @@ static int on_deadline(sd_event_source *source, uint64_t at_us, void *userdata)
     return 0;
 }
 
-/* ---- letting in ----------------------------------------------------------------------------- */
+/* ---- letting in --------------------------------------------------------------------- */
 
 /* The reason why not; REASONS where there is none. */
 static enum reason why_not(const struct clients *clients, const struct peer *peer)
@@ -235,8 +261,6 @@ static bool add_sources(struct client *client, sd_event *event)
 {
     return sd_event_add_io(event, &client->io, client->connection.fd, EPOLLIN, on_io, client) >=
                0 &&
-           sd_event_add_defer(event, &client->again, on_again, client) >= 0 &&
-           sd_event_source_set_enabled(client->again, SD_EVENT_OFF) >= 0 &&
            sd_event_add_time(event, &client->deadline, CLOCK_MONOTONIC, UINT64_MAX, 0, on_deadline,
                              client) >= 0 &&
            sd_event_source_set_enabled(client->deadline, SD_EVENT_OFF) >= 0;
@@ -269,6 +293,24 @@ static void let_in(struct clients *clients, int fd, const struct peer *peer)
         drop(client);
 }
 
+/* The listener stays readable and nobody can be taken from it: look again later, for the
+ * descriptors may be another's, and no client of ours has to go before there are some. */
+static void rest(struct clients *clients)
+{
+    sd_event_source_set_enabled(clients->listener, SD_EVENT_OFF);
+    sd_event_source_set_time(clients->rested, (uint64_t)(now_ms() + ACCEPT_REST_MS) * 1000);
+    sd_event_source_set_enabled(clients->rested, SD_EVENT_ONESHOT);
+}
+
+static int on_rested(sd_event_source *source, uint64_t at_us, void *userdata)
+{
+    struct clients *clients = userdata;
+    (void)source;
+    (void)at_us;
+    sd_event_source_set_enabled(clients->listener, SD_EVENT_ON);
+    return 0;
+}
+
 /* Without a descriptor left: take it with the spare one, to say so. */
 static void accept_to_refuse(struct clients *clients, int listener)
 {
@@ -277,6 +319,8 @@ static void accept_to_refuse(struct clients *clients, int listener)
     int fd = accept4(listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (fd >= 0)
         turn_away(clients, fd, REASON_TOO_MANY_CLIENTS);
+    else
+        rest(clients);
     clients->spare_fd = open_spare();
 }
 
@@ -312,7 +356,7 @@ static int on_accept(sd_event_source *source, int listener, uint32_t events, voi
 enum status clients_open(const struct clients_settings *settings, struct clients **ret)
 {
     size_t places = settings->max + 1; /* root's */
-    struct clients *clients = calloc(1, sizeof *clients + places * sizeof *clients->place);
+    struct clients *clients = calloc(1, sizeof *clients + places * sizeof(struct client *));
     if (clients == NULL)
         return STATUS_NO_MEMORY;
     clients->settings = *settings;
@@ -320,6 +364,9 @@ enum status clients_open(const struct clients_settings *settings, struct clients
     clients->spare_fd = open_spare();
     if (sd_event_add_defer(settings->event, &clients->reaper, on_reap, clients) < 0 ||
         sd_event_source_set_enabled(clients->reaper, SD_EVENT_OFF) < 0 ||
+        sd_event_add_time(settings->event, &clients->rested, CLOCK_MONOTONIC, UINT64_MAX, 0,
+                          on_rested, clients) < 0 ||
+        sd_event_source_set_enabled(clients->rested, SD_EVENT_OFF) < 0 ||
         sd_event_add_io(settings->event, &clients->listener, settings->listener_fd, EPOLLIN,
                         on_accept, clients) < 0) {
         clients_close(clients);
@@ -332,6 +379,7 @@ enum status clients_open(const struct clients_settings *settings, struct clients
 void clients_stop_accepting(struct clients *clients)
 {
     clients->listener = sd_event_source_disable_unref(clients->listener);
+    clients->rested = sd_event_source_disable_unref(clients->rested);
 }
 
 void clients_close(struct clients *clients)

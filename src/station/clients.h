@@ -33,8 +33,10 @@ struct client {
     struct connection connection;
     struct peer peer;
     sd_event_source *io, *again, *deadline;
-    bool leaving; /* no more is read; goes when all is sent */
-    bool doomed;  /* goes now */
+    bool leaving;   /* no more is read; goes when all is sent */
+    bool said_all;  /* it has closed its half: goes when all is answered and sent */
+    bool turn_over; /* what else it has said waits until the others had their turn */
+    bool doomed;    /* goes now */
 
     /* Its session. */
     bool session;
@@ -78,5 +80,8 @@ void client_who(const struct client *client, char *text, size_t size);
 
 void client_send(struct client *client, const struct line *line); /* may drop it */
 void client_leave(struct client *client);                         /* once all is sent */
+
+/* For line(): this one was dear, the others come before the client's next. */
+void client_end_turn(struct client *client);
 
 #endif

@@ -7,8 +7,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-/* One byte more than a line may have, so that a longer one shows. */
-enum { IN_CAPACITY = CONNECTION_LINE_MAX + 1, OUT_FIRST = 4096 };
+/* The longest line with CR and LF; in as many bytes without a LF a longer one shows. */
+enum { IN_CAPACITY = CONNECTION_LINE_MAX + 2, OUT_FIRST = 4096 };
 
 enum status connection_init(struct connection *c, int fd)
 {
@@ -28,29 +28,34 @@ void connection_done(struct connection *c)
     *c = (struct connection){ .fd = -1 };
 }
 
+/* Without a CR at the end, which is no part of the line. */
+static size_t length_of(const char *line, const char *end)
+{
+    size_t length = (size_t)(end - line);
+    return length > 0 && line[length - 1] == '\r' ? length - 1 : length;
+}
+
 /* Hand out complete lines of the buffer, at most max, and keep the rest. */
 static enum status hand_out(struct connection *c, size_t max, connection_line *on_line,
                             void *context)
 {
     enum status s = STATUS_OK;
-    char *from = c->in, *end = c->in + c->in_used, *feed = NULL;
-    for (; s == STATUS_OK; max--) {
-        feed = memchr(from, '\n', (size_t)(end - from));
-        if (feed == NULL || max == 0)
-            break;
-        size_t length = (size_t)(feed - from);
-        if (length > 0 && from[length - 1] == '\r')
-            length--;
+    char *from = c->in, *end = c->in + c->in_used, *feed;
+    while ((feed = memchr(from, '\n', (size_t)(end - from))) != NULL && s == STATUS_OK && max > 0) {
+        size_t length = length_of(from, feed);
         char *line = from;
         from = feed + 1;
-        if (!on_line(context, line, length))
+        max--;
+        if (length > CONNECTION_LINE_MAX)
+            s = STATUS_RANGE;
+        else if (!on_line(context, line, length))
             s = STATUS_CANCELLED;
     }
-    c->in_used = (size_t)(end - from);
-    c->has_line = feed != NULL && s == STATUS_OK;
-    memmove(c->in, from, c->in_used);
-    if (s == STATUS_OK && !c->has_line && c->in_used > CONNECTION_LINE_MAX)
+    if (s == STATUS_OK && feed == NULL && length_of(from, end) > CONNECTION_LINE_MAX)
         s = STATUS_RANGE;
+    c->has_line = feed != NULL;
+    c->in_used = (size_t)(end - from);
+    memmove(c->in, from, c->in_used);
     return s;
 }
 

@@ -2,7 +2,7 @@
  *
  * The descriptor is a stream socket that does not block; it is watched by the
  * caller, who reads when it is readable and flushes when it is writable.  A line in
- * is at most CONNECTION_LINE_MAX bytes; what is out and not taken is at most
+ * is at most CONNECTION_LINE_MAX bytes without its end; what is out and not taken is at most
  * CONNECTION_UNSENT_MAX bytes and no older than CONNECTION_UNSENT_MS, or this client
  * is dropped: one that does not read never holds up the others. */
 #ifndef SKINSPEC_STATION_CONNECTION_H
@@ -32,13 +32,13 @@ enum status connection_init(struct connection *c, int fd);
 void connection_done(struct connection *c); /* takes a zeroed one with fd -1 */
 
 /* A whole line without its LF (and CR before it); the text may hold NUL and is the
- * caller's to change until the callback returns.  Return false to stop reading
- * (the connection was or will be dropped). */
+ * caller's to change until the callback returns.  Return false to stop reading: for now
+ * (what is left waits), or because the connection was or will be dropped. */
 typedef bool connection_line(void *context, char *line, size_t length);
 
 /* Read what is there once, a bounded amount, and hand out complete lines, at most max_lines
  * of them (1 or more), so that no client holds the loop; what is left waits (has_line).
- * STATUS_OK; STATUS_NOT_FOUND: the client has closed (a last line without LF is dropped);
+ * STATUS_OK; STATUS_NOT_FOUND: the client says no more (a last line without LF is dropped);
  * STATUS_RANGE: a line is too long, answer and close; STATUS_CANCELLED: the
  * callback stopped; STATUS_IO. */
 enum status connection_read(struct connection *c, size_t max_lines, connection_line *on_line,

@@ -21,7 +21,7 @@ enum {
     FIRST_CAPACITY = 4096,
 };
 
-/* ---- text that grows -------------------------------------------------------------------- */
+/* ---- text that grows ---------------------------------------------------------------- */
 
 struct text {
     char *bytes; /* bytes[n] is NUL */
@@ -58,7 +58,7 @@ static void put_integer(struct text *t, int64_t x)
     put(t, text);
 }
 
-/* ---- a page ------------------------------------------------------------------------------ */
+/* ---- a page ------------------------------------------------------------------------- */
 
 struct page {
     struct store_reader *reader;
@@ -77,7 +77,7 @@ struct format {
     enum status (*record)(struct page *page, const struct store_record *record);
 };
 
-/* ---- csv --------------------------------------------------------------------------------- */
+/* ---- csv ---------------------------------------------------------------------------- */
 
 static const char csv_columns[] =
     "id,seq,taken_at,uuid,operator,instrument,serial,specular,aperture_mm,surface,subject,site,"
@@ -233,7 +233,7 @@ static enum status csv_record(struct page *page, const struct store_record *r)
     return s;
 }
 
-/* ---- json -------------------------------------------------------------------------------- */
+/* ---- json --------------------------------------------------------------------------- */
 
 static enum status json_head(struct page *page)
 {
@@ -257,7 +257,7 @@ static enum status json_record(struct page *page, const struct store_record *rec
     return s;
 }
 
-/* ---- cgats -------------------------------------------------------------------------------- */
+/* ---- cgats -------------------------------------------------------------------------- */
 
 static bool fits_cgats(const struct store_record *r)
 {
@@ -345,7 +345,7 @@ static enum status cgats_record(struct page *page, const struct store_record *r)
     return STATUS_OK;
 }
 
-/* ---- all of them ---------------------------------------------------------------------------- */
+/* ---- all of them -------------------------------------------------------------------- */
 
 static const struct format formats[] = {
     [EXPORT_CSV] = { "csv", "", csv_head, csv_record },

@@ -15,9 +15,9 @@ struct housekeeping {
     struct station *station;
     sd_event_source *timer;
     struct store_keeper *keeper; /* the chores' thread alone uses it */
-    bool checking, alarmed;
+    bool checking, restarting, alarmed;
     int64_t pruned_ms;
-    uint64_t records; /* stored when the WAL was looked at last */
+    uint64_t jobs; /* written when the WAL was looked at last */
 };
 
 static void written(struct job *job)
@@ -35,13 +35,70 @@ static void ask_writer(struct station *station, enum write_kind kind)
     writer_ask(station->writer, write);
 }
 
-/* ---- the WAL --------------------------------------------------------------------------- */
+/* ---- the size of the WAL: the writer knows it, however long the chores take --------- */
+
+static void look_at_size(struct housekeeping *keeping);
+
+struct restart {
+    struct write_job write;
+    struct housekeeping *keeping;
+};
+
+/* Cut below the limit it is wanted again at once. */
+static void restarted(struct job *job)
+{
+    struct restart *restart = (struct restart *)job;
+    struct housekeeping *keeping = restart->keeping;
+    bool done = restart->write.status == STATUS_OK && restart->write.restarted;
+    keeping->restarting = false;
+    if (restart->write.status != STATUS_OK)
+        station_note_write(keeping->station, restart->write.status);
+    if (done && keeping->station->wal_limited)
+        look_at_size(keeping);
+    free(restart);
+}
+
+/* A file that is only begun anew keeps its size, and above the limit nothing would begin
+ * it. */
+static void restart_wal(struct housekeeping *keeping)
+{
+    struct restart *restart = keeping->restarting ? NULL : calloc(1, sizeof *restart);
+    if (restart == NULL)
+        return; /* next time */
+    restart->write.job.done = restarted;
+    restart->write.kind = WRITE_RESTART_WAL;
+    restart->write.cut = keeping->station->wal_limited;
+    restart->keeping = keeping;
+    keeping->restarting = true;
+    writer_ask(keeping->station->writer, &restart->write);
+}
+
+static void alarm_if_pinned(struct housekeeping *keeping, int64_t wal_bytes)
+{
+    if (wal_bytes > WAL_ALARM && !keeping->alarmed)
+        log_warning("station: station.db-wal has grown to %lld MB: some program keeps reading "
+                    "station.db (a shell, a backup?); end it",
+                    (long long)(wal_bytes >> 20));
+    keeping->alarmed = wal_bytes > WAL_ALARM;
+}
+
+static void look_at_size(struct housekeeping *keeping)
+{
+    struct station *station = keeping->station;
+    if (station->writer == NULL)
+        return;
+    struct writer_counts counts = writer_look(station->writer);
+    keeping->jobs = counts.jobs;
+    station->wal_bytes = counts.wal_bytes;
+    alarm_if_pinned(keeping, counts.wal_bytes);
+    station_note_wal(station, counts.wal_bytes);
+}
+
+/* ---- checkpoints -------------------------------------------------------------------- */
 
 struct check {
     struct job job;
     struct housekeeping *keeping;
-    int64_t wal_bytes;
-    bool checkpoint;
 };
 
 /* One that failed may hold a file that is no longer there. */
@@ -59,49 +116,45 @@ static void checkpoint(struct housekeeping *keeping, const char *folder)
 static void run_check(struct job *job, void *thread)
 {
     struct check *check = (struct check *)job;
-    const char *folder = worker_state_folder(thread);
-    if (check->checkpoint)
-        checkpoint(check->keeping, folder);
-    (void)store_wal_bytes(folder, &check->wal_bytes);
+    checkpoint(check->keeping, worker_state_folder(thread));
 }
 
-static void alarm_if_pinned(struct housekeeping *keeping, int64_t wal_bytes)
+static void restart_if_large(struct housekeeping *keeping)
 {
-    if (wal_bytes > WAL_ALARM && !keeping->alarmed)
-        log_warning("station: station.db-wal has grown to %lld MB: some program keeps reading "
-                    "station.db (a shell, a backup?); end it",
-                    (long long)(wal_bytes >> 20));
-    keeping->alarmed = wal_bytes > WAL_ALARM;
+    struct station *station = keeping->station;
+    bool writable = station->store.status == STATUS_OK || station->store.status == STATUS_FULL;
+    if (writable && (station->wal_limited || station->wal_bytes > WAL_RESTART))
+        restart_wal(keeping);
 }
 
 static void checked(struct job *job)
 {
     struct check *check = (struct check *)job;
     struct housekeeping *keeping = check->keeping;
-    struct station *station = keeping->station;
-    station->wal_bytes = check->wal_bytes;
     keeping->checking = false;
-    alarm_if_pinned(keeping, check->wal_bytes);
-    station_note_wal(station, check->wal_bytes);
-    if (check->wal_bytes > WAL_RESTART)
-        ask_writer(station, WRITE_RESTART_WAL);
+    look_at_size(keeping);
+    restart_if_large(keeping);
     free(check);
 }
 
 void housekeeping_look_at_wal(struct housekeeping *keeping)
 {
-    struct station *station = keeping->station;
-    struct check *check = keeping->checking ? NULL : calloc(1, sizeof *check);
+    enum status s = keeping->station->store.status;
+    look_at_size(keeping);
+    if (keeping->checking) { /* or it waits for something long: the writer copies what there is */
+        restart_if_large(keeping);
+        return;
+    }
+    bool possible = keeping->station->store.open && (s == STATUS_OK || s == STATUS_FULL);
+    struct check *check = possible ? calloc(1, sizeof *check) : NULL;
     if (check == NULL)
         return; /* next time */
     *check = (struct check){ .job = { .run = run_check, .done = checked }, .keeping = keeping };
-    check->checkpoint = station->store.state == STORE_OK || station->store.state == STORE_FULL;
     keeping->checking = true;
-    keeping->records = station->counters.records;
-    worker_ask(station->chores, &check->job);
+    worker_ask(keeping->station->chores, &check->job);
 }
 
-/* ---- the timer ------------------------------------------------------------------------- */
+/* ---- the timer ---------------------------------------------------------------------- */
 
 static int on_timer(sd_event_source *source, uint64_t at_us, void *userdata)
 {
@@ -111,7 +164,9 @@ static int on_timer(sd_event_source *source, uint64_t at_us, void *userdata)
     (void)at_us;
     for (size_t i = 0; i < station->benches_n; i++)
         bench_tell_changes(station->benches[i]);
-    if (keeping->records != station->counters.records || station->wal_limited)
+    station_try_store(station);
+    if (station->wal_limited ||
+        (station->writer != NULL && keeping->jobs != writer_look(station->writer).jobs))
         housekeeping_look_at_wal(keeping);
     if (station->store.state == STORE_OK)
         ask_writer(station, WRITE_FINISH_ERASING);
@@ -137,7 +192,7 @@ enum status housekeeping_start(struct station *station)
     if (keeping == NULL)
         return STATUS_NO_MEMORY;
     keeping->station = station;
-    keeping->pruned_ms = station_now_ms();
+    keeping->pruned_ms = station_now_ms() - PRUNE_EVERY_MS; /* a station may be off at night */
     if (sd_event_add_time_relative(station->event, NULL, CLOCK_BOOTTIME, EVERY_MS * UINT64_C(1000),
                                    SLACK_US, on_timer, keeping) < 0) {
         free(keeping);

@@ -44,7 +44,7 @@ static void append_all(struct job_list *to, struct job_list *from)
     job_list_init(from);
 }
 
-/* ---- inbox ---------------------------------------------------------------------- */
+/* ---- inbox -------------------------------------------------------------------------- */
 
 enum status inbox_init(struct inbox *inbox)
 {
@@ -67,11 +67,11 @@ void inbox_put_all(struct inbox *inbox, struct job_list *jobs)
     if (jobs->first == NULL)
         return;
     pthread_mutex_lock(&inbox->lock);
-    bool was_empty = inbox->jobs.first == NULL;
     append_all(&inbox->jobs, jobs);
     pthread_mutex_unlock(&inbox->lock);
-    if (was_empty)
-        (void)eventfd_write(inbox->fd, 1); /* fails at 2^64 - 1 unread only */
+    /* Each puts its own: the one who found it empty may lose its core before it writes, and
+     * what others put meanwhile would wait for that.  Fails at 2^64 - 1 unread only. */
+    (void)eventfd_write(inbox->fd, 1);
 }
 
 void inbox_put(struct inbox *inbox, struct job *job)
@@ -104,7 +104,7 @@ void inbox_drain(struct inbox *inbox)
         job->done(job);
 }
 
-/* ---- queue ------------------------------------------------------------------------- */
+/* ---- queue -------------------------------------------------------------------------- */
 
 void job_queue_init(struct job_queue *queue)
 {

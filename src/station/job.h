@@ -25,7 +25,7 @@ struct job_list {
     size_t n;
 };
 
-/* ---- done: to the loop ------------------------------------------------------------ */
+/* ---- done: to the loop -------------------------------------------------------------- */
 
 struct inbox {
     pthread_mutex_t lock;
@@ -43,7 +43,7 @@ bool inbox_has_jobs(struct inbox *inbox);
 /* On the loop's thread: done() of each that is there. */
 void inbox_drain(struct inbox *inbox);
 
-/* ---- to do: for a thread ---------------------------------------------------------------- */
+/* ---- to do: for a thread ------------------------------------------------------------ */
 
 struct job_queue {
     pthread_mutex_t lock;

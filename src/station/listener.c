@@ -44,7 +44,7 @@ static enum status take_over(struct listener *ret)
     return STATUS_OK;
 }
 
-/* ---- made here -------------------------------------------------------------------------- */
+/* ---- made here ---------------------------------------------------------------------- */
 
 /* Is anybody there?  STATUS_EXISTS: yes; STATUS_OK: the name is free, or a dead one's. */
 static enum status probe(const struct sockaddr_un *address)

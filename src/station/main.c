@@ -22,7 +22,7 @@
 
 enum { STOP_WITHIN_MS = 1000, STOP_LOOK_MS = 10 };
 
-/* ---- who it runs as ------------------------------------------------------------------- */
+/* ---- who it runs as ----------------------------------------------------------------- */
 
 /* Never stay root because an account is missing. */
 static enum status become(const char *name)
@@ -43,7 +43,7 @@ static enum status become(const char *name)
     return STATUS_IO;
 }
 
-/* ---- starting and stopping ------------------------------------------------------------------ */
+/* ---- starting and stopping ---------------------------------------------------------- */
 
 struct running {
     struct station station;

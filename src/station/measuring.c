@@ -8,7 +8,7 @@
 
 #include "colour/lab.h"
 
-/* ---- life ------------------------------------------------------------------------- */
+/* ---- life --------------------------------------------------------------------------- */
 
 /* Weights for the redness; none where the bands give no colour. */
 static enum status make_weights(struct measuring *m)
@@ -52,7 +52,7 @@ void measuring_done(struct measuring *m)
     m->weights = NULL;
 }
 
-/* ---- one shot ------------------------------------------------------------------------ */
+/* ---- one shot ----------------------------------------------------------------------- */
 
 static enum measuring_step refuse(const struct measuring *m, struct refusal *refusal,
                                   const char *why)
@@ -165,7 +165,7 @@ const char *measuring_prompt(const struct measuring *m)
     return "Put the probe on the same site for the next shot.";
 }
 
-/* ---- the record ------------------------------------------------------------------------- */
+/* ---- the record --------------------------------------------------------------------- */
 
 /* Tokens of flags[] of which the bits are set, as the inside of a JSON array. */
 static void add_tokens(char *text, size_t size, unsigned bits, const char *(*name)(size_t bit),

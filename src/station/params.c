@@ -74,7 +74,7 @@ bool params_by(const struct request *request, enum match_by *ret)
     return false;
 }
 
-/* ---- what is asked ----------------------------------------------------------------------- */
+/* ---- what is asked ------------------------------------------------------------------ */
 
 static int compare_names(const void *left, const void *right)
 {
@@ -97,7 +97,7 @@ static enum status hash_member(struct sha256_ctx *hash, const cJSON *member)
 
 enum status params_sha256(const struct request *request, char hex[65])
 {
-    const cJSON *sorted[STRICT_JSON_MAX_MEMBERS], *member;
+    const cJSON *sorted[STRICT_JSON_MAX_MEMBERS] = { NULL }, *member;
     uint8_t digest[SHA256_DIGEST_SIZE];
     struct sha256_ctx hash;
     enum status s = STATUS_OK;
@@ -107,7 +107,7 @@ enum status params_sha256(const struct request *request, char hex[65])
         if (strcmp(member->string, "lease") != 0 && strcmp(member->string, "uuid") != 0)
             sorted[n++] = member;
     }
-    qsort(sorted, n, sizeof *sorted, compare_names);
+    qsort(sorted, n, sizeof(const cJSON *), compare_names);
     sha256_init(&hash);
     const char *method = method_name(request->method);
     sha256_update(&hash, strlen(method) + 1, (const uint8_t *)method);

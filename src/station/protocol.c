@@ -51,7 +51,7 @@ const char *right_name(enum right right)
     return name_of(right_names, RIGHTS, (size_t)right);
 }
 
-/* ---- the description, compiled ---------------------------------------------------------- */
+/* ---- the description, compiled ------------------------------------------------------ */
 
 enum { MAX_EVENT_TYPES = 16 };
 
@@ -294,7 +294,7 @@ bool protocol_check_event(const struct protocol *protocol, enum event_topic topi
     return false;
 }
 
-/* ---- requests -------------------------------------------------------------------------------- */
+/* ---- requests ----------------------------------------------------------------------- */
 
 void refusal_set(struct refusal *refusal, enum reason reason, const char *format, ...)
 {
@@ -438,8 +438,7 @@ void request_done(struct request *request)
     request->params = NULL;
 }
 
-/* ---- what the station sends
- * ---------------------------------------------------------------------- */
+/* ---- what the station sends --------------------------------------------------------- */
 
 /* {"jsonrpc":"2.0"}; NULL without memory. */
 static cJSON *new_line(void)
@@ -650,8 +649,7 @@ enum status protocol_hello(const struct hello *hello, struct line *ret)
     return STATUS_NO_MEMORY;
 }
 
-/* ---- for clients
- * ---------------------------------------------------------------------------------- */
+/* ---- for clients -------------------------------------------------------------------- */
 
 enum status protocol_ask(int64_t id, enum method method, cJSON *params, struct line *ret)
 {

@@ -141,7 +141,7 @@ const char *method_name(enum method method);
 const char *reason_name(enum reason reason);
 const char *right_name(enum right right);
 
-/* ---- the description, compiled -------------------------------------------------------- */
+/* ---- the description, compiled ------------------------------------------------------ */
 
 /* Made once, then only read, by any thread. */
 struct protocol;
@@ -164,7 +164,7 @@ bool protocol_check_notification(const struct protocol *protocol, enum notificat
 bool protocol_check_event(const struct protocol *protocol, enum event_topic topic, const char *type,
                           const cJSON *data, struct schema_error *error);
 
-/* ---- requests ---------------------------------------------------------------------------- */
+/* ---- requests ----------------------------------------------------------------------- */
 
 enum request_id_kind { REQUEST_ID_NONE, REQUEST_ID_INTEGER, REQUEST_ID_STRING };
 
@@ -202,7 +202,7 @@ bool protocol_read(const struct protocol *protocol, const char *line, size_t n, 
                    struct refusal *refusal);
 void request_done(struct request *request);
 
-/* ---- what the station sends ------------------------------------------------------------------ */
+/* ---- what the station sends --------------------------------------------------------- */
 
 /* text is to be freed by free(); n bytes without a line feed, a NUL follows. */
 struct line {

@@ -3,6 +3,40 @@
 
 #include <stdlib.h>
 
+/* ---- a damage, told to the loop ----------------------------------------------------- */
+
+struct damage {
+    struct job job;
+    struct station *station;
+};
+
+static void damage_met(struct job *job)
+{
+    struct damage *damage = (struct damage *)job;
+    station_note_write(damage->station, STATUS_DAMAGED);
+    free(damage);
+}
+
+/* reading_failed() is told of a worker and not of a station; the two meet on its thread. */
+static _Thread_local bool has_met_damage;
+
+/* An old reading may still meet it in the file that was moved aside when an empty store has
+ * taken its place. */
+static void tell_damage(const struct reading *reading)
+{
+    struct station *station = reading->station;
+    bool is_news = has_met_damage && !reading->damaged;
+    struct damage *damage = is_news ? calloc(1, sizeof *damage) : NULL;
+    has_met_damage = false;
+    if (damage == NULL)
+        return; /* the next reading tells */
+    damage->job.done = damage_met;
+    damage->station = station;
+    inbox_put(&station->inbox, &damage->job);
+}
+
+/* ---- a reading ---------------------------------------------------------------------- */
+
 static void run(struct job *job, void *thread)
 {
     struct reading *reading = (struct reading *)job;
@@ -10,6 +44,7 @@ static void run(struct job *job, void *thread)
     struct refusal refusal;
     refusal_set(&refusal, REASON_NO_MEMORY, NULL);
     cJSON *result = reading->read(reading, thread, &refusal);
+    tell_damage(reading);
     reading->made = result != NULL
                         ? protocol_reply(protocol, &reading->ticket.id, result, &reading->line)
                         : protocol_refuse(protocol, &reading->ticket.id, &refusal, &reading->line);
@@ -48,6 +83,7 @@ struct reading *reading_of_ticket(struct station *station, const struct ticket *
     reading->job.done = done;
     reading->station = station;
     reading->ticket = *ticket;
+    reading->damaged = station->store.status == STATUS_DAMAGED;
     return reading;
 }
 
@@ -77,6 +113,7 @@ void reading_ask_again(struct reading *reading, struct worker *worker)
 
 void reading_failed(struct worker *worker, enum status s, struct refusal *refusal)
 {
+    has_met_damage = has_met_damage || s == STATUS_DAMAGED;
     refusal_set(refusal,
                 s == STATUS_CANCELLED   ? REASON_SHUTTING_DOWN
                 : s == STATUS_NO_MEMORY ? REASON_NO_MEMORY
@@ -100,6 +137,7 @@ struct store_record *reading_record(struct reading *reading, struct worker *work
 {
     struct store_reader *reader = reading_store(worker, refusal);
     struct store_record *record = reader != NULL ? malloc(sizeof *record) : NULL;
+    tell_damage(reading);
     if (record == NULL)
         return NULL;
     enum status s = store_get(reader, reading->id, NULL, record);
@@ -111,6 +149,7 @@ struct store_record *reading_record(struct reading *reading, struct worker *work
         refusal_set(refusal, REASON_RECORD_UNKNOWN, NULL);
     else
         reading_failed(worker, s, refusal);
+    tell_damage(reading); /* run() may be another's */
     free(record);
     return NULL;
 }

@@ -18,6 +18,7 @@ struct reading {
     char id[STORE_UUID_SIZE];
     bool kiosk; /* sees only what `uid` made */
     int64_t uid;
+    bool damaged; /* the store was known to be, when it was asked: no news then */
 
     enum status made; /* of line */
     struct line line;

@@ -45,7 +45,7 @@ struct property {
     struct schema *schema;
 };
 
-/* ---- the place in a value, for messages ------------------------------------------------ */
+/* ---- the place in a value, for messages --------------------------------------------- */
 
 struct place {
     const struct place *above;
@@ -77,7 +77,7 @@ static bool fail(struct schema_error *error, const struct place *place, const ch
     return false;
 }
 
-/* ---- formats ---------------------------------------------------------------------------- */
+/* ---- formats ------------------------------------------------------------------------ */
 
 static bool only(const char *text, const char *allowed)
 {
@@ -510,8 +510,7 @@ void schema_close(struct schema *schema)
     free(schema);
 }
 
-/* ---- checking
- * ------------------------------------------------------------------------------------ */
+/* ---- checking ----------------------------------------------------------------------- */
 
 static bool check(const struct schema *s, const cJSON *value, const struct place *place,
                   struct schema_error *error);

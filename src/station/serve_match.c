@@ -1,4 +1,4 @@
-/* serve_match.c - match.spectrum: matched here or on the worker, then stored if asked. */
+/* serve_match.c - match.spectrum: matched here or on a worker, then stored if asked. */
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -11,7 +11,7 @@
 #include "station/strict_json.h"
 #include "station/wire.h"
 
-/* One request on its way; first a job of the worker where matching takes long, then one of
+/* One request on its way; first a job of a worker where matching takes long, then one of
  * the writer where it is to be stored. */
 struct matching {
     union {
@@ -37,7 +37,7 @@ static void matching_free(struct matching *m)
     free(m);
 }
 
-/* ---- stored ------------------------------------------------------------------------------ */
+/* ---- what is told of a record ------------------------------------------------------- */
 
 static void add_record(cJSON *match, const struct store_record *record)
 {
@@ -59,33 +59,77 @@ static cJSON *stored_text(const struct store_record *record)
     return cJSON_CreateRaw(text);
 }
 
-/* A retry: the match as it was stored, whatever the table says by now. */
-static cJSON *read_stored_match(struct reading *reading, struct worker *worker,
-                                struct refusal *refusal)
+/* ---- a retry ------------------------------------------------------------------------ */
+
+/* A uuid that may be there already. */
+struct lookup {
+    char uuid[STORE_UUID_SIZE], sha256[65];
+    struct request request; /* ours now; without a tree where the uuid is known to be there */
+    bool found;
+};
+
+/* The match as it was stored, whatever the table says by now. */
+static cJSON *match_of(const struct reading *reading, const struct store_record *record,
+                       struct refusal *refusal)
 {
+    const struct lookup *lookup = reading->own;
+    const char *text = record->match_json;
     cJSON *match = NULL;
     enum strict_json_fault fault;
-    struct store_record *record = reading_record(reading, worker, refusal);
-    if (record == NULL)
-        return NULL;
-    const char *text = record->match_json;
-    if (strict_json_parse(text, strlen(text), &match, &fault, NULL) == STATUS_OK)
+    bool is_other = strcmp(record->parameters_sha256, lookup->sha256) != 0;
+    if (is_other || (reading->kiosk && record->owner_uid != reading->uid))
+        refusal_set(refusal, REASON_UUID_REUSED, NULL);
+    else if (strict_json_parse(text, strlen(text), &match, &fault, NULL) == STATUS_OK)
         add_record(match, record);
     else
         refusal_set(refusal, REASON_RECORD_WITHOUT_MATCH, NULL);
+    return match;
+}
+
+static cJSON *read_stored_match(struct reading *reading, struct worker *worker,
+                                struct refusal *refusal)
+{
+    struct lookup *lookup = reading->own;
+    struct store_reader *reader = reading_store(worker, refusal);
+    struct store_record *record = reader != NULL ? malloc(sizeof *record) : NULL;
+    cJSON *match = NULL;
+    if (record == NULL)
+        return NULL;
+    enum status s = store_get(reader, NULL, lookup->uuid, record);
+    lookup->found = s == STATUS_OK;
+    if (lookup->found)
+        match = match_of(reading, record, refusal);
+    else if (s != STATUS_NOT_FOUND)
+        reading_failed(worker, s, refusal);
     free(record);
     return match;
 }
 
+static void free_lookup(struct reading *reading)
+{
+    request_done(&((struct lookup *)reading->own)->request);
+}
+
+/* The writer has found the uuid. */
 static void answer_as_stored(struct matching *m)
 {
-    struct reading *reading = reading_of_ticket(m->station, &m->ticket, 0);
+    struct station *station = m->station;
+    const struct client *client = clients_find(station->clients, m->ticket.client);
+    if (client == NULL)
+        return;
+    struct reading *reading = reading_of_ticket(station, &m->ticket, sizeof(struct lookup));
     if (reading == NULL)
         return;
-    snprintf(reading->id, sizeof reading->id, "%s", m->record->id);
+    struct lookup *lookup = reading->own;
+    memcpy(lookup->uuid, m->record->uuid, sizeof lookup->uuid);
+    memcpy(lookup->sha256, m->record->parameters_sha256, sizeof lookup->sha256);
+    reading->kiosk = client->peer.right == RIGHT_KIOSK;
+    reading->uid = client->peer.uid;
     reading->read = read_stored_match;
-    reading_ask(reading, m->station->reader);
+    reading_ask(reading, station->reader);
 }
+
+/* ---- stored ------------------------------------------------------------------------- */
 
 static void answer_stored(struct matching *m)
 {
@@ -116,7 +160,7 @@ static void stored(struct job *job)
     matching_free(m);
 }
 
-/* ---- matched ------------------------------------------------------------------------------- */
+/* ---- matched ------------------------------------------------------------------------ */
 
 static void match(struct matching *m, struct answer_weights *weights)
 {
@@ -132,9 +176,10 @@ static void go_on(struct matching *m)
     if (m->matched != STATUS_OK) {
         bool no_spectra = m->by == MATCH_SPECTRUM && loaded_table(m->table)->spectrum == NULL;
         station_refuse_for(station, &m->ticket,
-                           m->matched == STATUS_NO_MEMORY ? REASON_NO_MEMORY
-                           : no_spectra                   ? REASON_TABLE_UNSUITABLE
-                                                          : REASON_SPECTRUM_UNSUITABLE,
+                           m->matched == STATUS_NO_MEMORY   ? REASON_NO_MEMORY
+                           : m->matched == STATUS_CANCELLED ? REASON_SHUTTING_DOWN
+                           : no_spectra                     ? REASON_TABLE_UNSUITABLE
+                                                            : REASON_SPECTRUM_UNSUITABLE,
                            NULL);
         matching_free(m);
     } else if (m->store) {
@@ -149,6 +194,11 @@ static void go_on(struct matching *m)
     }
 }
 
+static void cancel_match(struct job *job)
+{
+    ((struct matching *)job)->matched = STATUS_CANCELLED;
+}
+
 static void match_on_worker(struct job *job, void *thread)
 {
     match((struct matching *)job, worker_weights(thread));
@@ -159,7 +209,7 @@ static void matched(struct job *job)
     go_on((struct matching *)job);
 }
 
-/* ---- asked ---------------------------------------------------------------------------------- */
+/* ---- asked -------------------------------------------------------------------------- */
 
 /* The spectrum as it is matched: SCE.  False with *refusal. */
 static bool take_spectrum(const struct request *request, struct store_record *record,
@@ -238,12 +288,15 @@ static void begin(struct matching *m, const struct request *request, struct load
         go_on(m);
     } else {
         m->job.run = match_on_worker;
+        m->job.cancel = cancel_match;
         m->job.done = matched;
-        worker_ask(m->station->reader, &m->job);
+        /* Not the reader: every look at the store would wait behind all the matches that its
+         * queue can hold, and these may well wait for a check of the store instead. */
+        worker_ask(m->station->chores, &m->job);
     }
 }
 
-void serve_match_spectrum(struct station *station, struct client *client, struct request *request)
+static void match_anew(struct station *station, struct client *client, struct request *request)
 {
     struct ticket ticket = ticket_of(client, request);
     struct loaded_table *table;
@@ -264,4 +317,58 @@ void serve_match_spectrum(struct station *station, struct client *client, struct
         station_refuse_for(station, &ticket, REASON_NO_MEMORY, NULL);
     else
         begin(m, request, table);
+}
+
+/* Not found, or the store cannot be read: the writer looks for the uuid again. */
+static void looked_up(struct job *job)
+{
+    struct reading *reading = (struct reading *)job;
+    struct lookup *lookup = reading->own;
+    struct station *station = reading->station;
+    struct client *client = clients_find(station->clients, reading->ticket.client);
+    if (lookup->found && reading->made == STATUS_OK) {
+        station_answer_line(station, &reading->ticket, &reading->line);
+    } else {
+        free(reading->line.text);
+        if (lookup->found)
+            station_refuse_for(station, &reading->ticket, REASON_NO_MEMORY, NULL);
+        else if (station->stopping)
+            station_refuse_for(station, &reading->ticket, REASON_SHUTTING_DOWN, NULL);
+        else if (client != NULL)
+            match_anew(station, client, &lookup->request);
+    }
+    reading_free(reading);
+}
+
+/* Before anything else: a retry gets its answer though the table is gone by now, or the store
+ * takes nothing more. */
+static void look_up(struct station *station, struct client *client, struct request *request)
+{
+    struct ticket ticket = ticket_of(client, request);
+    struct reading *reading = reading_make(station, client, request, sizeof(struct lookup));
+    if (reading == NULL)
+        return;
+    struct lookup *lookup = reading->own;
+    if (params_sha256(request, lookup->sha256) != STATUS_OK) {
+        station_refuse_for(station, &ticket, REASON_NO_MEMORY, NULL);
+        reading_free(reading);
+        return;
+    }
+    params_copy(request, "uuid", lookup->uuid, sizeof lookup->uuid);
+    lookup->request = *request;
+    request->tree = NULL;
+    reading->free = free_lookup;
+    reading->read = read_stored_match;
+    reading->job.done = looked_up;
+    reading_ask(reading, station->reader);
+}
+
+void serve_match_spectrum(struct station *station, struct client *client, struct request *request)
+{
+    if (!params_is_true(request, "store") || !params_has(request, "uuid"))
+        match_anew(station, client, request);
+    else if (!station->store.told) /* there may be a store to look into soon */
+        station_park(station, client, request);
+    else
+        look_up(station, client, request);
 }

@@ -171,7 +171,8 @@ static void look_up_on_worker(struct job *job, void *thread)
     lookup->refusal = no_memory;
     struct store_reader *reader = reading_store(thread, &lookup->refusal);
     struct store_record *record = reader != NULL ? malloc(sizeof *record) : NULL;
-    lookup->found = record != NULL ? look_up(lookup, reading, reader, record, &result) : FOUND_REASON;
+    lookup->found =
+        record != NULL ? look_up(lookup, reading, reader, record, &result) : FOUND_REASON;
     free(record);
     if (lookup->found == FOUND_RECORD &&
         protocol_reply(reading->station->protocol, &reading->ticket.id, result, &reading->line) !=

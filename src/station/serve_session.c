@@ -46,7 +46,7 @@ void serve_session_close(struct station *station, struct client *client, struct 
     client_leave(client);
 }
 
-/* ---- events --------------------------------------------------------------------------- */
+/* ---- events ------------------------------------------------------------------------- */
 
 static void send_kept(void *context, const struct event *event)
 {
@@ -101,6 +101,7 @@ void serve_events_subscribe(struct station *station, struct client *client, stru
     int64_t since = params_integer(request, "since_seq", last);
     client->topics = topics_of(request);
     bool lost = events_since(&station->events, since, 0, nothing, NULL);
+    client_end_turn(client); /* a thousand events may follow */
     cJSON *result = cJSON_CreateObject();
     cJSON_AddStringToObject(result, "boot", station->boot);
     cJSON_AddNumberToObject(result, "event_seq", (double)last);

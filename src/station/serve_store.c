@@ -38,7 +38,7 @@ void serve_store_verify(struct station *station, struct client *client, struct r
     reading_ask(reading, station->chores);
 }
 
-/* ---- an empty store -------------------------------------------------------------------- */
+/* ---- an empty store ----------------------------------------------------------------- */
 
 struct anew {
     struct write_job write;
@@ -51,16 +51,19 @@ static void begun(struct job *job)
     struct anew *anew = (struct anew *)job;
     struct station *station = anew->station;
     enum status s = anew->write.status;
+    if (s != STATUS_CANCELLED)
+        station_take_opened(station, &anew->write);
     if (s == STATUS_OK) {
         cJSON *result = cJSON_CreateObject();
-        station_take_opened(station, &anew->write);
         cJSON_AddStringToObject(result, "station_id", station->store.station_id);
         station_answer(station, &anew->ticket, result);
     } else if (s == STATUS_NOT_FOUND) {
         station_refuse_for(station, &anew->ticket, REASON_STORE_NOT_DAMAGED, NULL);
+    } else if (anew->write.moved) {
+        station_refuse_for(station, &anew->ticket, REASON_STORE_READ_ONLY, "%s",
+                           station->store.error);
     } else {
         struct refusal refusal = station_store_refusal(station, s, "");
-        station_note_write(station, s);
         station_refuse(station, &anew->ticket, &refusal);
     }
     free(anew);

@@ -33,8 +33,13 @@ enum store_state { STORE_OK, STORE_OPENING, STORE_FULL, STORE_READ_ONLY, STORE_D
 const char *store_state_name(enum store_state state);
 
 struct store_standing {
-    enum store_state state;
+    enum store_state state;         /* as it is shown; comes from the five below */
+    enum status status;             /* what the last write, read or opening has shown */
     bool told;                      /* the writer has said how it stands, since the start */
+    bool open;                      /* the writer has it open */
+    bool moved;                     /* station.db lost its name while it was open */
+    bool in_use;                    /* its damage was met while it was open */
+    bool trying;                    /* the writer has been asked whether it can be written */
     char error[STATION_ERROR_SIZE]; /* for a person; "" where it is ok */
     char station_id[UUID_TEXT_SIZE];
     int64_t last_seq, fence;
@@ -79,7 +84,7 @@ struct station {
     void (*store_opened)(struct station *station, bool hopeless);
 };
 
-/* ---- answers -------------------------------------------------------------------------- */
+/* ---- answers ------------------------------------------------------------------------ */
 
 struct ticket {
     uint64_t client;
@@ -107,7 +112,7 @@ void station_line(void *station, struct client *client, const char *line, size_t
 /* An event for all who subscribed to its topic; data is given away.  type is a constant. */
 void station_tell(struct station *station, enum event_topic topic, const char *type, cJSON *data);
 
-/* ---- the store ----------------------------------------------------------------------------- */
+/* ---- the store ---------------------------------------------------------------------- */
 
 /* (station_store.c)  Take the state folder for this process and start the writer.
  * STATUS_EXISTS where another has it; where the folder cannot be written the service is
@@ -117,10 +122,13 @@ enum status station_claim_store(struct station *station);
 /* Open the store on the writer's thread; station->store and store_opened() tell the end. */
 void station_look_at_store(struct station *station);
 
-/* What WRITE_OPEN or WRITE_BEGIN_ANEW has told. */
+/* Where it cannot be written for a cause that may pass: see whether that has passed. */
+void station_try_store(struct station *station);
+
+/* What WRITE_OPEN or WRITE_BEGIN_ANEW has told, whatever that is. */
 void station_take_opened(struct station *station, const struct write_job *write);
 
-/* What a write has shown about the store, told to all where it is new. */
+/* What a write or a read has shown about the store, told to all where it is new. */
 void station_note_write(struct station *station, enum status status);
 
 /* The WAL has this size: above the limit nothing is stored until it is below again. */
@@ -139,7 +147,7 @@ void station_free_records(struct station *station);
 /* After a commit. */
 void station_tell_record(struct station *station, const struct store_record *record);
 
-/* ---- tables ---------------------------------------------------------------------------------- */
+/* ---- tables ------------------------------------------------------------------------- */
 
 /* The table a request names (NULL: the default one).  STATUS_OK; STATUS_CANCELLED: it is being
  * loaded, come again when station_table_changed() says so; STATUS_NOT_FOUND with

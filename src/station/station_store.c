@@ -18,7 +18,7 @@ const char *store_state_name(enum store_state state)
     return names[state];
 }
 
-/* ---- how it stands -------------------------------------------------------------------- */
+/* ---- how it stands ------------------------------------------------------------------ */
 
 static enum store_state state_of(enum status s)
 {
@@ -34,22 +34,33 @@ static enum store_state state_of(enum status s)
     }
 }
 
-static const char *text_of(enum status s)
+static const char *text_of_damage(bool in_use)
 {
-    switch (s) {
+    return in_use ? "station.db is damaged; nothing is stored in it any more. Restart, and it is "
+                    "checked and moved aside; or begin an empty one now: skinspec store "
+                    "begin-anew, which keeps the damaged file beside it"
+                  : "station.db is damaged; it was moved aside, beside where it was, and what can "
+                    "be read from it is shown; restore a backup and restart, or begin an empty "
+                    "one: skinspec store begin-anew";
+}
+
+static const char *text_of(const struct store_standing *store)
+{
+    switch (store->status) {
     case STATUS_OK:
         return "";
     case STATUS_FULL:
         return "there is no room on the disk of the state folder; free some, and readings are "
                "kept again";
     case STATUS_DAMAGED:
-        return "station.db is damaged; it was moved aside, beside where it was, and what can be "
-               "read from it is shown; restore a backup and restart, or begin an empty one: "
-               "skinspec store begin-anew";
+        return text_of_damage(store->in_use);
     case STATUS_READ_ONLY:
-        return "the state folder cannot be written; make it writable and restart the station";
+        return "the state folder cannot be written; make it writable, and readings are kept again";
     default:
-        return "station.db cannot be written; the station's log says why";
+        return store->moved ? "station.db or its -wal was moved or deleted while it was in use; "
+                              "put it back and restart the station"
+                            : "station.db cannot be written, the station's log says why; it is "
+                              "tried again every few seconds";
     }
 }
 
@@ -62,20 +73,34 @@ static void tell_state(struct station *station)
     station_tell(station, EVENT_STORE, "state", data);
 }
 
-static void set_state(struct station *station, enum status s)
+/* What the store says comes before the size of its WAL, except for a full disk: that may be
+ * the WAL's doing. */
+static void show_state(struct station *station)
 {
     struct store_standing *store = &station->store;
     enum store_state before = store->state;
-    store->state = state_of(s);
-    snprintf(store->error, sizeof store->error, "%s", text_of(s));
-    if (store->state != before)
+    char error[sizeof store->error];
+    store->state = state_of(store->status);
+    snprintf(error, sizeof error, "%s", text_of(store));
+    if (station->wal_limited && (store->state == STORE_OK || store->state == STORE_FULL)) {
+        store->state = STORE_FULL;
+        snprintf(error, sizeof error,
+                 "station.db-wal has grown beyond %zu MB because some program keeps reading "
+                 "station.db; end it, and readings are kept again",
+                 station->settings->wal_limit_mb);
+    }
+    bool is_news = store->state != before || strcmp(store->error, error) != 0;
+    memcpy(store->error, error, sizeof error);
+    if (is_news)
         tell_state(station);
 }
 
 void station_note_write(struct station *station, enum status s)
 {
-    if (station->wal_limited)
-        return; /* what was asked before may still come back */
+    struct store_standing *store = &station->store;
+    /* Only opening it anew mends these; what was asked before may still come back. */
+    if (store->status == STATUS_DAMAGED || store->moved)
+        return;
     switch (s) {
     case STATUS_OK:
     case STATUS_FULL:
@@ -83,31 +108,26 @@ void station_note_write(struct station *station, enum status s)
     case STATUS_DAMAGED:
     case STATUS_IO:
     case STATUS_DB:
-        set_state(station, s);
+        store->status = s;
+        store->in_use = s == STATUS_DAMAGED;
+        show_state(station);
         break;
     default: /* about this one job */
         break;
     }
+    if (s == STATUS_IO)
+        station_try_store(station); /* which tells whether the file was moved */
 }
 
 void station_note_wal(struct station *station, int64_t wal_bytes)
 {
-    struct store_standing *store = &station->store;
     bool limited = wal_bytes > (int64_t)station->settings->wal_limit_mb << 20;
     if (limited == station->wal_limited)
         return;
     station->wal_limited = limited;
-    if (!limited) {
-        set_state(station, STATUS_OK);
-        return;
-    }
-    store->state = STORE_FULL;
-    snprintf(store->error, sizeof store->error,
-             "station.db-wal has grown beyond %zu MB because some program keeps reading "
-             "station.db; end it, and readings are kept again",
-             station->settings->wal_limit_mb);
-    log_error("station: %s", store->error);
-    tell_state(station);
+    show_state(station);
+    if (limited)
+        log_error("station: %s", station->store.error);
 }
 
 bool station_can_write(struct station *station, const struct ticket *ticket)
@@ -149,17 +169,25 @@ struct refusal station_store_refusal(const struct station *station, enum status 
     return refusal;
 }
 
-/* ---- opening ------------------------------------------------------------------------------ */
+/* ---- opening ------------------------------------------------------------------------ */
+
+/* Take the folder and start the writer, as far as that goes. */
+static enum status claim(struct station *station)
+{
+    enum status s = STATUS_OK;
+    if (station->claim == NULL)
+        s = store_claim(station->settings->state, &station->claim);
+    return s == STATUS_OK ? writer_open(station->claim, &station->inbox, &station->writer) : s;
+}
 
 enum status station_claim_store(struct station *station)
 {
-    enum status s = store_claim(station->settings->state, &station->claim);
+    enum status s = claim(station);
     station->store.state = STORE_OPENING;
-    if (s == STATUS_OK)
-        return writer_open(station->claim, &station->inbox, &station->writer);
     if (s != STATUS_READ_ONLY && s != STATUS_FULL)
         return s;
-    set_state(station, s);
+    station->store.status = s;
+    show_state(station);
     station->store.told = true;
     return STATUS_OK;
 }
@@ -168,6 +196,7 @@ enum status station_claim_store(struct station *station)
 struct newest {
     struct job job;
     struct station *station;
+    char station_id[STORE_UUID_SIZE]; /* of the store that was asked about */
     int64_t seq;
 };
 
@@ -183,8 +212,9 @@ static void read_newest(struct job *job, void *thread)
 static void newest_read(struct job *job)
 {
     struct newest *newest = (struct newest *)job;
-    if (newest->seq > newest->station->store.last_seq)
-        newest->station->store.last_seq = newest->seq;
+    struct store_standing *store = &newest->station->store;
+    if (newest->seq > store->last_seq && strcmp(newest->station_id, store->station_id) == 0)
+        store->last_seq = newest->seq;
     free(newest);
 }
 
@@ -196,21 +226,46 @@ static void ask_for_newest(struct station *station, struct worker *worker)
     newest->job.run = read_newest;
     newest->job.done = newest_read;
     newest->station = station;
+    memcpy(newest->station_id, station->store.station_id, sizeof newest->station_id);
     worker_ask(worker, &newest->job);
+}
+
+/* Nothing that is remembered of the store before holds for this one. */
+static void forget_store(struct station *station)
+{
+    station->store.last_seq = 0;
+    for (size_t i = 0; i < station->benches_n; i++)
+        bench_forget_calibrations(station->benches[i]);
+}
+
+static void read_store(struct station *station)
+{
+    ask_for_newest(station, station->reader);
+    ask_for_newest(station, station->chores); /* for its reader alone */
+    for (size_t i = 0; i < station->benches_n; i++)
+        bench_recall(station->benches[i]);
 }
 
 void station_take_opened(struct station *station, const struct write_job *write)
 {
     struct store_standing *store = &station->store;
-    set_state(station, write->status);
-    if (write->status == STATUS_OK) {
+    bool asked_anew = write->kind == WRITE_BEGIN_ANEW;
+    bool is_sound = asked_anew && write->status == STATUS_NOT_FOUND;
+    bool is_open = write->status == STATUS_OK || is_sound;
+    bool is_new = is_open && (asked_anew || !store->open);
+    store->status = is_sound ? STATUS_OK : write->status;
+    store->moved = write->moved;
+    store->in_use = store->open && !asked_anew;
+    store->open = is_open || (store->open && !asked_anew);
+    if (is_open) {
         snprintf(store->station_id, sizeof store->station_id, "%s", write->opened.station_id);
         store->fence = write->opened.fence > store->fence ? write->opened.fence : store->fence;
     }
-    ask_for_newest(station, station->reader);
-    ask_for_newest(station, station->chores); /* for its reader alone */
-    for (size_t i = 0; i < station->benches_n; i++)
-        bench_recall(station->benches[i]);
+    show_state(station);
+    if (is_new && asked_anew && !is_sound)
+        forget_store(station);
+    if (is_new || !store->told) /* what is damaged can be read as well */
+        read_store(station);
 }
 
 static void opened(struct job *job)
@@ -219,28 +274,47 @@ static void opened(struct job *job)
     struct station *station = write->context;
     struct store_standing *store = &station->store;
     bool first = !store->told;
-    store->told = true;
-    station_take_opened(station, write);
     bool hopeless = write->status == STATUS_VERSION || write->status == STATUS_FORMAT;
+    store->trying = false;
+    if (write->status != STATUS_CANCELLED)
+        station_take_opened(station, write);
+    store->told = true;
     free(write);
     if (first)
         station->store_opened(station, hopeless);
     station_serve_parked(station);
 }
 
-void station_look_at_store(struct station *station)
+static bool ask_to_open(struct station *station)
 {
-    struct write_job *write = calloc(1, sizeof *write);
-    if (station->writer == NULL || write == NULL) {
-        free(write);
-        station->store.told = true;
-        station->store_opened(station, false);
-        return;
-    }
+    struct write_job *write = station->writer != NULL ? calloc(1, sizeof *write) : NULL;
+    if (write == NULL)
+        return false;
     write->job.done = opened;
     write->kind = WRITE_OPEN;
     write->context = station;
+    station->store.trying = true;
     writer_ask(station->writer, write);
+    return true;
+}
+
+void station_look_at_store(struct station *station)
+{
+    if (ask_to_open(station))
+        return;
+    station->store.told = true;
+    station->store_opened(station, false);
+}
+
+void station_try_store(struct station *station)
+{
+    const struct store_standing *store = &station->store;
+    if (store->status == STATUS_OK || store->status == STATUS_DAMAGED || store->moved ||
+        store->trying || station->stopping)
+        return;
+    if (station->writer == NULL && claim(station) != STATUS_OK)
+        return; /* logged; next time */
+    (void)ask_to_open(station);
 }
 
 /* ---- records ------------------------------------------------------------------------------------

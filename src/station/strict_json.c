@@ -41,7 +41,7 @@ static void skip_space(struct reader *r)
         r->at++;
 }
 
-/* ---- strings ---------------------------------------------------------------------- */
+/* ---- strings ------------------------------------------------------------------------ */
 
 static int hex_digit(char c)
 {
@@ -180,7 +180,7 @@ static bool same_name(struct name a, struct name b)
     }
 }
 
-/* ---- numbers and words ---------------------------------------------------------------- */
+/* ---- numbers and words -------------------------------------------------------------- */
 
 static size_t skip_digits(struct reader *r)
 {
@@ -234,7 +234,7 @@ static bool read_word(struct reader *r, const char *word)
     return true;
 }
 
-/* ---- objects and arrays ----------------------------------------------------------------- */
+/* ---- objects and arrays ------------------------------------------------------------- */
 
 static bool read_value(struct reader *r);
 
@@ -346,7 +346,7 @@ const cJSON *strict_json_member(const cJSON *object, const char *name)
     return cJSON_GetObjectItemCaseSensitive(object, name);
 }
 
-/* ---- a client's text, shown ---------------------------------------------------------------- */
+/* ---- a client's text, shown --------------------------------------------------------- */
 
 /* Length of the valid UTF-8 character at text, and which it is. */
 static size_t decode(const unsigned char *text, uint32_t *ret)

@@ -10,7 +10,7 @@ enum { FIRST_PAUSE_MS = 200, LONGEST_PAUSE_MS = 5000 };
 /* A cancellation misses a call that has not quite begun: closing repeats it. */
 enum { CANCEL_EVERY_MS = 50 };
 
-/* ---- time ------------------------------------------------------------------------- */
+/* ---- time --------------------------------------------------------------------------- */
 
 int64_t unit_now_ms(void)
 {
@@ -41,7 +41,7 @@ bool unit_is(struct unit *u, const bool *flag)
     return unit_wait_for(u, flag, 0);
 }
 
-/* ---- opening and losing --------------------------------------------------------------- */
+/* ---- opening and losing ------------------------------------------------------------- */
 
 static void set_instrument(struct unit *u, struct instrument *instrument)
 {
@@ -127,7 +127,7 @@ static void *live(void *unit)
     return NULL;
 }
 
-/* ---- what others call -------------------------------------------------------------------- */
+/* ---- what others call --------------------------------------------------------------- */
 
 static void init_locks(struct unit *u)
 {

@@ -44,7 +44,7 @@ int64_t unit_now_ms(void); /* CLOCK_MONOTONIC */
 bool unit_wait_for(struct unit *unit, const bool *flag, int64_t until_ms);
 bool unit_is(struct unit *unit, const bool *flag); /* at once */
 
-/* ---- unit_work.c: on the thread ------------------------------------------------------- */
+/* ---- unit_work.c: on the thread ----------------------------------------------------- */
 
 /* Until the instrument is lost, *error says how, or the unit is closed. */
 void unit_serve(struct unit *unit, struct driver_error *error);
@@ -55,7 +55,7 @@ void unit_give_back(struct unit *unit, struct unit_job *job);
 /* This is how it is; when to ask again follows from it. */
 void unit_keep_status(struct unit *unit, const struct driver_status *status);
 
-/* ---- unit_tell.c: on the thread ------------------------------------------------------- */
+/* ---- unit_tell.c: on the thread ----------------------------------------------------- */
 
 /* Events, of what the members say now. */
 void unit_tell_opened(struct unit *unit);

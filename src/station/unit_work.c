@@ -161,7 +161,7 @@ static enum driver_result do_job(struct unit *u, struct unit_job *job, struct dr
     return r;
 }
 
-/* ---- between jobs ----------------------------------------------------------------------- */
+/* ---- between jobs ------------------------------------------------------------------- */
 
 static bool differ(const struct driver_status *a, const struct driver_status *b)
 {

@@ -9,7 +9,7 @@
 #include "json/print.h"
 #include "station/strict_json.h"
 
-/* ---- making -------------------------------------------------------------------------- */
+/* ---- making ------------------------------------------------------------------------- */
 
 struct maker {
     cJSON *object;
@@ -263,7 +263,7 @@ enum status wire_record(const struct store_record *r, cJSON **ret)
     return end(&m, ret);
 }
 
-/* ---- reading ------------------------------------------------------------------------------ */
+/* ---- reading ------------------------------------------------------------------------ */
 
 struct taker {
     const cJSON *object;

@@ -22,7 +22,7 @@ struct job_queue *worker_queue(struct worker *worker);
 void worker_stop(struct worker *worker);
 void worker_close(struct worker *worker); /* after worker_stop() */
 
-/* ---- for run(), on the worker's thread ------------------------------------------------ */
+/* ---- for run(), on the worker's thread ---------------------------------------------- */
 
 /* STATUS_NOT_FOUND while there is no store yet; logged by the store. */
 enum status worker_reader(struct worker *worker, struct store_reader **ret);

@@ -14,18 +14,33 @@ struct writer {
     struct inbox *inbox;
     struct store_claim *claim;
     struct store *store; /* NULL: not opened, or it cannot be */
-    enum status opening; /* why not; STATUS_OK: not tried yet */
+    enum status opening; /* what stays so until it is begun anew; STATUS_OK: it is tried */
     pthread_mutex_t lock;
     struct writer_counts counts;
 };
 
-/* ---- opening ------------------------------------------------------------------------- */
+/* ---- opening ------------------------------------------------------------------------ */
+
+static bool passes(enum status s)
+{
+    return s != STATUS_DAMAGED && s != STATUS_FORMAT && s != STATUS_VERSION;
+}
 
 static enum status open_store(struct writer *writer)
 {
-    if (writer->store == NULL && writer->opening == STATUS_OK)
-        writer->opening = store_open_claimed(writer->claim, NULL, &writer->store);
-    return writer->opening;
+    if (writer->store != NULL || writer->opening != STATUS_OK)
+        return writer->opening;
+    enum status s = store_open_claimed(writer->claim, NULL, &writer->store);
+    if (!passes(s))
+        writer->opening = s;
+    return s;
+}
+
+static void close_store(struct writer *writer)
+{
+    store_close(writer->store);
+    writer->store = NULL;
+    writer->opening = STATUS_OK;
 }
 
 static enum status tell_opened(struct writer *writer, struct write_job *job)
@@ -38,23 +53,36 @@ static enum status tell_opened(struct writer *writer, struct write_job *job)
     return store_highest_fence(writer->store, &job->opened.fence);
 }
 
-/* Damage that was met while writing is put aside by the opening. */
+/* One just opened has been written to, or need not be yet. */
+static enum status open_or_try(struct writer *writer, struct write_job *job)
+{
+    bool was_open = writer->store != NULL;
+    enum status s = was_open ? store_try(writer->store) : open_store(writer);
+    job->moved = was_open && store_is_moved(writer->store);
+    return s == STATUS_OK ? tell_opened(writer, job) : s;
+}
+
+/* Damage that was met while writing or reading is put aside by the opening.  A file that
+ * was moved is not: opening would make an empty one in its place. */
 static enum status begin_anew(struct writer *writer, struct write_job *job)
 {
-    store_close(writer->store);
-    writer->store = NULL;
-    writer->opening = STATUS_OK;
-    enum status s = open_store(writer);
+    job->moved = writer->store != NULL && store_is_moved(writer->store);
+    if (job->moved)
+        return STATUS_IO;
+    close_store(writer);
+    enum status s = tell_opened(writer, job);
     if (s == STATUS_OK)
         return STATUS_NOT_FOUND; /* it is sound */
+    if (s != STATUS_DAMAGED)
+        return s;
     s = store_begin_anew_claimed(writer->claim);
     if (s != STATUS_OK)
-        return s;
-    writer->opening = STATUS_OK;
+        return s == STATUS_NOT_FOUND ? STATUS_DAMAGED : s; /* it could not be put aside */
+    close_store(writer);
     return tell_opened(writer, job);
 }
 
-/* ---- jobs ------------------------------------------------------------------------------- */
+/* ---- jobs --------------------------------------------------------------------------- */
 
 static bool stands_alone(enum write_kind kind)
 {
@@ -79,18 +107,18 @@ static enum status run_alone(struct writer *writer, struct write_job *job)
 {
     if (job->kind == WRITE_BEGIN_ANEW)
         return begin_anew(writer, job);
+    if (job->kind == WRITE_OPEN)
+        return open_or_try(writer, job);
     enum status s = open_store(writer);
     if (s != STATUS_OK)
         return s;
     switch (job->kind) {
-    case WRITE_OPEN:
-        return tell_opened(writer, job);
     case WRITE_FORGET:
         return store_forget_subject(writer->store, job->subject->id, job->who, &job->erased);
     case WRITE_FINISH_ERASING:
         return store_finish_erasing(writer->store, &job->erased);
     case WRITE_RESTART_WAL:
-        return store_restart_wal(writer->store, &job->restarted);
+        return store_restart_wal(writer->store, job->cut, &job->restarted);
     default:
         return store_prune(writer->store);
     }
@@ -102,7 +130,7 @@ static void note_member(const struct writer *writer, struct write_job *job)
         snprintf(job->bad_member, sizeof job->bad_member, "%s", store_bad_member(writer->store));
 }
 
-/* ---- groups -------------------------------------------------------------------------------- */
+/* ---- groups ------------------------------------------------------------------------- */
 
 /* Jobs from the front of `jobs` that may share a transaction. */
 static void take_group(struct job_list *jobs, struct job_list *group)
@@ -155,11 +183,21 @@ static int64_t now_us(void)
     return (int64_t)t.tv_sec * 1000000 + t.tv_nsec / 1000;
 }
 
-static void count(struct writer *writer, size_t jobs, int64_t took_us)
+/* The station's own, now and then. */
+static bool is_upkeep(enum write_kind kind)
 {
+    return kind == WRITE_OPEN || kind == WRITE_FINISH_ERASING || kind == WRITE_PRUNE ||
+           kind == WRITE_RESTART_WAL;
+}
+
+static void count(struct writer *writer, const struct job_list *group, int64_t took_us)
+{
+    bool upkeep = is_upkeep(((struct write_job *)group->first)->kind);
+    int64_t wal_bytes = writer->store != NULL ? store_own_wal_bytes(writer->store) : 0;
     pthread_mutex_lock(&writer->lock);
-    writer->counts.groups++;
-    writer->counts.jobs += jobs;
+    writer->counts.groups += !upkeep;
+    writer->counts.jobs += upkeep ? 0 : group->n;
+    writer->counts.wal_bytes = wal_bytes;
     if (took_us > writer->counts.longest_us)
         writer->counts.longest_us = took_us;
     pthread_mutex_unlock(&writer->lock);
@@ -179,7 +217,7 @@ static void do_all(struct writer *writer, struct job_list *jobs)
             note_member(writer, job);
             job_list_add(&group, &job->job);
         }
-        count(writer, group.n, now_us() - begun_us);
+        count(writer, &group, now_us() - begun_us);
         inbox_put_all(writer->inbox, &group);
     }
 }
@@ -245,11 +283,22 @@ void writer_close(struct writer *writer)
     free(writer);
 }
 
-struct writer_counts writer_count(struct writer *writer)
+static struct writer_counts look(struct writer *writer, bool begin_longest)
 {
     pthread_mutex_lock(&writer->lock);
     struct writer_counts counts = writer->counts;
-    writer->counts.longest_us = 0;
+    if (begin_longest)
+        writer->counts.longest_us = 0;
     pthread_mutex_unlock(&writer->lock);
     return counts;
+}
+
+struct writer_counts writer_count(struct writer *writer)
+{
+    return look(writer, true);
+}
+
+struct writer_counts writer_look(struct writer *writer)
+{
+    return look(writer, false);
 }

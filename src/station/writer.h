@@ -20,12 +20,12 @@ enum write_kind {
     WRITE_SUBJECT,
     WRITE_AUDIT,
     /* Alone, between groups. */
-    WRITE_OPEN, /* open the store, or tell how it stands: `opened` out */
+    WRITE_OPEN, /* open the store, or see whether it can be written: `opened` out */
     WRITE_FORGET,
     WRITE_FINISH_ERASING,
     WRITE_PRUNE,
     WRITE_RESTART_WAL,
-    WRITE_BEGIN_ANEW, /* after damage; `opened` out */
+    WRITE_BEGIN_ANEW, /* after damage; `opened` out, also of one found sound: STATUS_NOT_FOUND */
 };
 
 struct write_job {
@@ -43,6 +43,7 @@ struct write_job {
             char station_id[STORE_UUID_SIZE];
             int64_t fence; /* the highest on record */
         } opened;
+        bool cut; /* RESTART_WAL: to nothing */
     };
     char who[STORE_TEXT_SIZE]; /* for the audit row */
     /* out */
@@ -51,6 +52,7 @@ struct write_job {
     bool known;          /* RECORD: the uuid was there */
     bool erased;         /* FORGET, FINISH_ERASING */
     bool restarted;      /* RESTART_WAL */
+    bool moved;          /* OPEN, BEGIN_ANEW: why it is STATUS_IO; the files lost their names */
     void *context;       /* the caller's */
 };
 
@@ -66,10 +68,13 @@ void writer_ask(struct writer *writer, struct write_job *job);
 void writer_stop(struct writer *writer);
 void writer_close(struct writer *writer); /* after writer_stop() */
 
+/* What is asked to keep the store in order does not count as a job. */
 struct writer_counts {
     uint64_t groups, jobs;
-    int64_t longest_us; /* of a group, since the last time this was asked */
+    int64_t longest_us; /* of a group, since the last writer_count() */
+    int64_t wal_bytes;  /* after the last job of any kind; 0 before the store is open */
 };
 struct writer_counts writer_count(struct writer *writer);
+struct writer_counts writer_look(struct writer *writer); /* longest_us goes on */
 
 #endif

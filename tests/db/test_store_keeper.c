@@ -1,6 +1,7 @@
 /* test_store_keeper.c - checkpoints on a connection that is kept: beside a writer, behind a
  * reader that holds the WAL, and never into a file that lost its place. */
 #include "db/sql.h"
+#include "db/station_schema.h"
 #include "tests/store/tools.h"
 #include "tests/support/heard.h"
 
@@ -62,7 +63,7 @@ static void test_restarted_by_the_writer(void)
     TRY(store_wal_bytes(folder, &grown));
     TEST_ASSERT_TRUE(grown > first * 3 / 2);
     for (uint64_t i = 3; i < 13; i++) {
-        TRY(store_restart_wal(store, &restarted));
+        TRY(store_restart_wal(store, false, &restarted));
         TEST_ASSERT_TRUE(restarted);
         tool_add(store, i, 50);
     }
@@ -80,14 +81,46 @@ static void test_not_restarted_under_a_reader(void)
     TEST_ASSERT_EQUAL_INT(SQLITE_OK, sqlite3_open(path, &pin));
     TRY(sql_run(pin, "BEGIN; SELECT count(*) FROM measurement"));
     tool_add(store, 2, 10);
-    TRY(store_restart_wal(store, &restarted));
+    TRY(store_restart_wal(store, false, &restarted));
     TEST_ASSERT_FALSE(restarted);
     tool_add(store, 3, 10);
     TRY(sql_run(pin, "COMMIT"));
     sqlite3_close(pin);
-    TRY(store_restart_wal(store, &restarted));
+    TRY(store_restart_wal(store, false, &restarted));
     TEST_ASSERT_TRUE(restarted);
     TEST_ASSERT_EQUAL_INT(30, tool_number(folder, "SELECT count(*) FROM measurement"));
+}
+
+/* However small it is. */
+static void test_cut_by_the_writer(void)
+{
+    int64_t bytes;
+    bool restarted = false;
+    tool_add(store, 1, 10);
+    TEST_ASSERT_TRUE(store_own_wal_bytes(store) > 0);
+    TRY(store_restart_wal(store, true, &restarted));
+    TEST_ASSERT_TRUE(restarted);
+    TRY(store_wal_bytes(folder, &bytes));
+    TEST_ASSERT_EQUAL_INT64(0, bytes);
+    TEST_ASSERT_EQUAL_INT64(0, store_own_wal_bytes(store));
+    TEST_ASSERT_EQUAL_INT(10, tool_number(folder, "SELECT count(*) FROM measurement"));
+}
+
+/* It is a write and no pretence, and leaves everything as it is. */
+static void test_trying(void)
+{
+    sqlite3 *other;
+    tool_add(store, 1, 3);
+    int64_t before = store_own_wal_bytes(store);
+    TRY(store_try(store));
+    TEST_ASSERT_TRUE(store_own_wal_bytes(store) > before);
+    TEST_ASSERT_EQUAL_INT(3, tool_number(folder, "SELECT count(*) FROM measurement"));
+    TEST_ASSERT_EQUAL_INT(STATION_APPLICATION_ID, tool_number(folder, "PRAGMA application_id"));
+    TEST_ASSERT_EQUAL_INT(SQLITE_OK, sqlite3_open(path, &other));
+    TRY(sql_run(other, "BEGIN IMMEDIATE"));
+    TEST_ASSERT_EQUAL_INT(STATUS_DB, store_try(store));
+    sqlite3_close(other);
+    TRY(store_try(store));
 }
 
 /* In the middle of a group only what was committed is copied; nobody waits. */
@@ -141,6 +174,7 @@ static void test_beside_another_checkpoint(void)
 static void test_moved(void)
 {
     char elsewhere[FOLDER_PATH_SIZE];
+    bool restarted;
     int left = 77;
     size_t before_size, after_size;
     tool_add(store, 1, 10);
@@ -155,6 +189,9 @@ static void test_moved(void)
     TEST_ASSERT_EQUAL_MEMORY(before, after, after_size);
     free(before);
     free(after);
+    TEST_ASSERT_TRUE(store_is_moved(store));
+    TEST_ASSERT_EQUAL_INT(STATUS_IO, store_restart_wal(store, true, &restarted));
+    TEST_ASSERT_TRUE(store_own_wal_bytes(store) > 0);
     TEST_ASSERT_EQUAL_INT(0, rename(elsewhere, path));
     TEST_ASSERT_EQUAL_INT(0, checkpoint());
 }
@@ -187,6 +224,8 @@ int main(void)
     RUN_TEST(test_again_and_again);
     RUN_TEST(test_restarted_by_the_writer);
     RUN_TEST(test_not_restarted_under_a_reader);
+    RUN_TEST(test_cut_by_the_writer);
+    RUN_TEST(test_trying);
     RUN_TEST(test_beside_an_open_group);
     RUN_TEST(test_behind_a_reader);
     RUN_TEST(test_beside_another_checkpoint);

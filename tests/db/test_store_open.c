@@ -567,6 +567,45 @@ static void test_strange_markers(void)
     TEST_ASSERT_EQUAL_INT(1, tool_number(folder, "SELECT first_seq FROM station"));
 }
 
+/* Without a descriptor left nobody knows whether there is a marker: that is no damage. */
+static void test_marker_that_cannot_be_looked_at(void)
+{
+    struct store_claim *claim;
+    struct store_reader *reader = NULL;
+    struct rlimit before, none;
+    make_three();
+    TRY(store_claim(folder, &claim));
+    TEST_ASSERT_EQUAL_INT(0, getrlimit(RLIMIT_NOFILE, &before));
+    none = before;
+    none.rlim_cur = 0;
+    heard_start();
+    setrlimit(RLIMIT_NOFILE, &none);
+    enum status s = store_open_claimed(claim, NULL, &store);
+    enum status anew = store_begin_anew_claimed(claim);
+    enum status read = store_reader_open(folder, &reader);
+    setrlimit(RLIMIT_NOFILE, &before);
+    TEST_ASSERT_TRUE(heard_contains("station.damaged': Too many open files"));
+    TEST_ASSERT_EQUAL_INT(STATUS_IO, s);
+    TEST_ASSERT_EQUAL_INT(STATUS_IO, anew);
+    TEST_ASSERT_EQUAL_INT(STATUS_IO, read);
+    TRY(store_open_claimed(claim, NULL, &store));
+    close_store();
+    store_claim_release(claim);
+}
+
+/* Closed when the file has lost its name: what the WAL has is not emptied into nowhere. */
+static void test_closed_without_its_file(void)
+{
+    int64_t bytes = 0;
+    TRY(store_open(folder, NULL, &store));
+    tool_add(store, 1, 3);
+    unlink(path);
+    close_store();
+    TRY(store_wal_bytes(folder, &bytes));
+    TEST_ASSERT_TRUE(bytes > 0);
+    TEST_ASSERT_EQUAL_INT(STATUS_DAMAGED, store_open(folder, NULL, &store));
+}
+
 /* Where even the marker cannot be written, the file stays where it is. */
 static void test_damage_that_cannot_be_moved(void)
 {
@@ -641,6 +680,8 @@ int main(void)
     RUN_TEST(test_backup_put_back);
     RUN_TEST(test_moving_is_finished_later);
     RUN_TEST(test_strange_markers);
+    RUN_TEST(test_marker_that_cannot_be_looked_at);
+    RUN_TEST(test_closed_without_its_file);
     RUN_TEST(test_damage_that_cannot_be_moved);
     RUN_TEST(test_a_file_without_a_station);
     RUN_TEST(test_locked_by_another_program);

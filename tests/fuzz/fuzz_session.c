@@ -52,7 +52,7 @@ static void must(bool condition, const char *what)
     abort();
 }
 
-/* ---- the station --------------------------------------------------------------------- */
+/* ---- the station -------------------------------------------------------------------- */
 
 static void ignore_log(enum log_level level, const char *text, void *context)
 {
@@ -129,7 +129,7 @@ static void start_station(void)
     atexit(remove_home);
 }
 
-/* ---- what the station says ------------------------------------------------------------------ */
+/* ---- what the station says ---------------------------------------------------------- */
 
 static void note(char into[NAME_SIZE], const cJSON *object, const char *name)
 {
@@ -235,7 +235,7 @@ static void let_it_work(int most_waits)
     }
 }
 
-/* ---- what the clients say ----------------------------------------------------------------------- */
+/* ---- what the clients say ----------------------------------------------------------- */
 
 static void dial(struct fuzz_client *c)
 {

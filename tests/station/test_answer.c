@@ -18,7 +18,7 @@ void tearDown(void)
     answer_tear_down();
 }
 
-/* ---- colour ------------------------------------------------------------------------------- */
+/* ---- colour ------------------------------------------------------------------------- */
 
 /* ColorChecker: BabelColor's average (D. Pascale, 2012), 380..730 by 10.  expect: XYZ and Lab
  * by ArgyllCMS 2.3.1, `spec2cie -i D65 -o 1964_10`, which sums by 1 nm: 0.01 apart at most.
@@ -120,7 +120,7 @@ static void test_weights_follow_the_bands(void)
     }
 }
 
-/* ---- quick --------------------------------------------------------------------------------- */
+/* ---- quick -------------------------------------------------------------------------- */
 
 static const struct quick_case {
     enum match_by by;
@@ -144,7 +144,7 @@ static void test_quick(void)
                                   match_by_name(quick_cases[i].by));
 }
 
-/* ---- match --------------------------------------------------------------------------------- */
+/* ---- match -------------------------------------------------------------------------- */
 
 /* small_recipe(): Cm 0, .1, .2, .3; Bm 0 .. 1 by .25; Ch .001 .. .1 by 4, even in the logarithm.
  * Four rows at Cm 0, then 20 a Cm: row 40 is Cm .2, Bm 1, Ch .001. */

@@ -81,7 +81,8 @@ static void test_lines(void)
         tearDown();
         setUp();
         say(row->bytes, row->n);
-        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, connection_read(&c, 1000, hear, &heard), row->what);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, connection_read(&c, 1000, hear, &heard),
+                                      row->what);
         TEST_ASSERT_EQUAL_STRING_MESSAGE(row->lines, heard.text, row->what);
     }
 }
@@ -136,12 +137,55 @@ static void test_longest_line(void)
     TEST_ASSERT_EQUAL_size_t(1, heard.lines);
 }
 
+/* CR and LF end it: they are no part of its length. */
+static void test_longest_line_with_cr(void)
+{
+    static char bytes[CONNECTION_LINE_MAX + 3];
+    struct heard heard = { { 0 }, 0, 0, 0 };
+    memset(bytes, 'x', sizeof bytes);
+    memcpy(bytes + CONNECTION_LINE_MAX, "\r\n", 2);
+    for (size_t lines = 1; lines <= 2; lines++) {
+        say(bytes, CONNECTION_LINE_MAX + 2);
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, read_all(&heard, CONNECTION_LINE_MAX));
+        TEST_ASSERT_EQUAL_size_t(lines, heard.lines);
+        TEST_ASSERT_EQUAL_size_t(CONNECTION_LINE_MAX, heard.longest);
+    }
+}
+
+static const struct long_line {
+    const char *what, *end;
+} long_lines[] = {
+    { "a byte, LF", "x\n" }, { "a byte, CR, LF", "x\r\n" }, { "CR twice, LF", "\r\r\n" },
+    { "CR, a byte", "\rx" }, { "two bytes", "xx" },
+};
+
+static void test_too_long(void)
+{
+    static char bytes[CONNECTION_LINE_MAX];
+    memset(bytes, 'x', sizeof bytes);
+    for (size_t i = 0; i < sizeof long_lines / sizeof *long_lines; i++) {
+        const struct long_line *row = &long_lines[i];
+        struct heard heard = { { 0 }, 0, 0, 0 };
+        tearDown();
+        setUp();
+        say(bytes, sizeof bytes);
+        say(row->end, strlen(row->end));
+        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_RANGE, read_all(&heard, CONNECTION_LINE_MAX),
+                                      row->what);
+        TEST_ASSERT_EQUAL_size_t_MESSAGE(0, heard.lines, row->what);
+    }
+}
+
 static void test_callback_stops(void)
 {
     struct heard heard = { { 0 }, 0, 0, 2 };
     say("a\nb\nc\n", 6);
     TEST_ASSERT_EQUAL_INT(STATUS_CANCELLED, connection_read(&c, 1000, hear, &heard));
     TEST_ASSERT_EQUAL_STRING("a|b|", heard.text);
+    TEST_ASSERT_TRUE(c.has_line); /* the socket has no more to tell of it */
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, connection_read(&c, 1000, hear, &heard));
+    TEST_ASSERT_EQUAL_STRING("a|b|c|", heard.text);
+    TEST_ASSERT_FALSE(c.has_line);
 }
 
 static void test_client_leaves(void)
@@ -215,6 +259,8 @@ int main(void)
     RUN_TEST(test_split_anywhere);
     RUN_TEST(test_nothing_there_is_no_error);
     RUN_TEST(test_longest_line);
+    RUN_TEST(test_longest_line_with_cr);
+    RUN_TEST(test_too_long);
     RUN_TEST(test_callback_stops);
     RUN_TEST(test_client_leaves);
     RUN_TEST(test_sent_as_lines);

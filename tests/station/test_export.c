@@ -46,7 +46,7 @@ static void test_names(void)
     TEST_ASSERT_EQUAL_INT(EXPORT_JSON, format);
 }
 
-/* ---- csv ------------------------------------------------------------------------------------ */
+/* ---- csv ---------------------------------------------------------------------------- */
 
 #define CSV_HEAD \
     "id,seq,taken_at,uuid,operator,instrument,serial,specular,aperture_mm,surface,subject,site," \
@@ -175,7 +175,7 @@ static void test_csv_of_what_cannot_be_read(void)
     free(text);
 }
 
-/* ---- json ------------------------------------------------------------------------------------ */
+/* ---- json --------------------------------------------------------------------------- */
 
 static void test_json(void)
 {
@@ -206,7 +206,7 @@ static void test_json(void)
     free(text);
 }
 
-/* ---- cgats ----------------------------------------------------------------------------------- */
+/* ---- cgats -------------------------------------------------------------------------- */
 
 #define CGATS_HEAD(left_out, sets) \
     "SPECT\n\n" \

@@ -41,7 +41,7 @@ static bool readable(int fd)
     return poll(&p, 1, 0) == 1;
 }
 
-/* ---- lists --------------------------------------------------------------------------- */
+/* ---- lists -------------------------------------------------------------------------- */
 
 static void test_list_keeps_the_order(void)
 {
@@ -61,7 +61,7 @@ static void test_list_keeps_the_order(void)
     TEST_ASSERT_EQUAL_PTR(&n[0], job_list_take(&list));
 }
 
-/* ---- the queue -------------------------------------------------------------------------- */
+/* ---- the queue ---------------------------------------------------------------------- */
 
 static void *produce(void *context)
 {
@@ -133,7 +133,7 @@ static void test_waiting_ends_in_time(void)
     }
 }
 
-/* ---- the inbox --------------------------------------------------------------------------- */
+/* ---- the inbox ---------------------------------------------------------------------- */
 
 static void test_inbox_is_readable_while_there_is_something(void)
 {

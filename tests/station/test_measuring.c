@@ -3,7 +3,7 @@
 
 #include "tests/station/measuring_tools.h"
 
-/* ---- from shot to shot ------------------------------------------------------------------- */
+/* ---- from shot to shot -------------------------------------------------------------- */
 
 static void test_how_many(void)
 {
@@ -53,7 +53,7 @@ static void test_init_begins_anew(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.3, record->spectrum.value[0]);
 }
 
-/* ---- flags -------------------------------------------------------------------------------- */
+/* ---- flags -------------------------------------------------------------------------- */
 
 /* Levels over the ramp; SCI over SCE.  Outlier: further than 0.0255 from the median;
  * spread: a standard deviation above 0.0165 (quality.h). */
@@ -143,7 +143,7 @@ static void test_each_shot_tells_what_it_brought(void)
     TEST_ASSERT_EQUAL_STRING("[\"sci_below_sce\",\"outlier\"]", record->flags);
 }
 
-/* ---- refused ------------------------------------------------------------------------------ */
+/* ---- refused ------------------------------------------------------------------------ */
 
 static void spoil_bands(void)
 {

@@ -6,7 +6,7 @@
 #include "tests/station/measuring_tools.h"
 #include "tests/support/folder.h"
 
-/* ---- the record ----------------------------------------------------------------------------- */
+/* ---- the record --------------------------------------------------------------------- */
 
 static void test_sce_record(void)
 {
@@ -209,8 +209,7 @@ static void test_grey_has_no_redness(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, m.a_star[0]);
 }
 
-/* ---- the simulated instrument, and the store
- * ------------------------------------------------------ */
+/* ---- the simulated instrument, and the store ---------------------------------------- */
 
 static void measure_simulated(const char *address)
 {

@@ -77,7 +77,7 @@ static int test_pthread_create(pthread_t *thread, const pthread_attr_t *attribut
 #include "tests/station/unit_tools.h"
 #include "tests/support/heard.h"
 
-/* ---- measuring ----------------------------------------------------------------------------- */
+/* ---- measuring ---------------------------------------------------------------------- */
 
 static void test_measuring(void)
 {

@@ -44,7 +44,7 @@ void tearDown(void)
 #define LINE(id, method, params) \
     "{\"jsonrpc\":\"2.0\",\"id\":" id ",\"method\":\"" method "\",\"params\":" params "}"
 
-/* ---- what is refused, and what is said -------------------------------------------------- */
+/* ---- what is refused, and what is said ---------------------------------------------- */
 
 /* expect: JSON-RPC 2.0 (its own examples are marked), DESIGN of the protocol; by hand. */
 static const struct refuse_case {
@@ -245,7 +245,7 @@ static void test_too_many_members(void)
     TEST_ASSERT_EQUAL_INT(REASON_TOO_MANY_MEMBERS, refusal.reason);
 }
 
-/* ---- what is accepted ----------------------------------------------------------------------- */
+/* ---- what is accepted --------------------------------------------------------------- */
 
 /* expect: the id as it was; an integer stays one, a string a string. */
 static const struct id_case {
@@ -350,8 +350,7 @@ static void test_requests(void)
     }
 }
 
-/* ---- what is sent
- * -------------------------------------------------------------------------------- */
+/* ---- what is sent ------------------------------------------------------------------- */
 
 static const struct request_id one = { .kind = REQUEST_ID_INTEGER, .integer = 1 };
 
@@ -544,8 +543,7 @@ static void test_notifications_that_cannot_leave(void)
     TEST_ASSERT_EQUAL_INT(STATUS_NO_MEMORY, protocol_notify(NOTIFICATION_EVENT, NULL, &line));
 }
 
-/* ---- the description
- * ------------------------------------------------------------------------------- */
+/* ---- the description ---------------------------------------------------------------- */
 
 static void test_describe(void)
 {
@@ -734,8 +732,7 @@ static void test_names(void)
     TEST_ASSERT_EQUAL_STRING("unknown", right_name(RIGHTS));
 }
 
-/* ---- for clients
- * --------------------------------------------------------------------------------------- */
+/* ---- for clients -------------------------------------------------------------------- */
 
 static void test_ask(void)
 {
@@ -783,8 +780,7 @@ static void test_what_is_no_answer(void)
     }
 }
 
-/* ---- no memory
- * -------------------------------------------------------------------------------------------- */
+/* ---- no memory ---------------------------------------------------------------------- */
 
 /* Each allocation of cJSON fails in its turn: said, and nothing leaks (seen under
  * AddressSanitizer). */

@@ -3,6 +3,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 
@@ -69,6 +70,27 @@ class ProtocolDocs(unittest.TestCase):
         for name, m in self.doc["methods"].items():
             for reason in m["errors"]:
                 self.assertIn(reason, self.doc["errors"], name)
+            self.assertEqual(len(set(m["errors"])), len(m["errors"]), name)
+
+    def test_what_an_instrument_says_is_listed(self):
+        """What bench.c makes of a driver's errors, for all methods that ask the instrument."""
+        with open(os.path.join(ROOT, "src", "station", "bench.c"), encoding="utf-8") as file:
+            reasons = re.findall(r"\[DRIVER_\w+\] = REASON_(INSTRUMENT_\w+)", file.read())
+        self.assertGreater(len(reasons), 5)
+        for name in ("instrument.configure", "instrument.calibrate", "measure.start"):
+            for reason in reasons:
+                self.assertIn(reason.lower(), self.doc["methods"][name]["errors"], name)
+
+    def test_what_a_write_may_meet_is_listed(self):
+        for name in ("instrument.calibrate", "measure.start", "match.spectrum", "subject.add",
+                     "subject.forget", "store.begin_anew"):  # fmt: skip
+            for reason in ("store_read_only", "store_full", "store_failed"):
+                self.assertIn(reason, self.doc["methods"][name]["errors"], name)
+
+    def test_who_waits_for_a_table_is_not_told_that_it_loads(self):
+        """Only record.recompute, which wants one table of all there were, does not wait."""
+        told = [name for name, m in self.doc["methods"].items() if "table_loading" in m["errors"]]
+        self.assertEqual(told, ["record.recompute"])
 
 
 if __name__ == "__main__":

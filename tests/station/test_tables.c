@@ -6,7 +6,7 @@
 
 #include "tests/station/tables_tools.h"
 
-/* ---- the usual course ------------------------------------------------------------------ */
+/* ---- the usual course --------------------------------------------------------------- */
 
 static void test_default_is_loaded_from_the_start(void)
 {
@@ -77,7 +77,7 @@ static void test_new_files_are_found(void)
     TEST_ASSERT_EQUAL_INT(TABLES_READY, get_settled("paper"));
 }
 
-/* ---- the default one missing ----------------------------------------------------------- */
+/* ---- the default one missing -------------------------------------------------------- */
 
 static void test_missing_default_says_what_to_do(void)
 {
@@ -110,7 +110,7 @@ static void test_no_folder_at_all(void)
     TEST_ASSERT_NOT_NULL(strstr(tables_error(tables, NULL), "/table-mine.db"));
 }
 
-/* ---- names ------------------------------------------------------------------------------- */
+/* ---- names -------------------------------------------------------------------------- */
 
 /* A good file lies where each of these names would lead; none may reach it. */
 static void test_names_that_are_none(void)
@@ -156,7 +156,7 @@ static void test_names_at_the_limits(void)
     }
 }
 
-/* ---- files that go, and folders in order -------------------------------------------------- */
+/* ---- files that go, and folders in order -------------------------------------------- */
 
 static void test_files_that_go(void)
 {
@@ -203,7 +203,7 @@ static void test_first_folder_wins(void)
     TEST_ASSERT_NOT_NULL(loaded_table(t)->spectrum);
 }
 
-/* ---- the list ----------------------------------------------------------------------------- */
+/* ---- the list ----------------------------------------------------------------------- */
 
 struct listed {
     char text[512];
@@ -270,7 +270,7 @@ static void test_path_too_long(void)
     TEST_ASSERT_EQUAL_INT(TABLES_UNKNOWN, tables_get(tables, "t", &t));
 }
 
-/* ---- closing with work under way ------------------------------------------------------- */
+/* ---- closing with work under way ---------------------------------------------------- */
 
 /* The address sanitizer sees what would be lost. */
 static void test_close_with_jobs_under_way(void)
@@ -288,7 +288,7 @@ static void test_close_with_jobs_under_way(void)
     TEST_ASSERT_EQUAL_INT(0, changed_count);
 }
 
-/* ---- as in the station: a thread that lives, a loop that polls ---------------------------- */
+/* ---- as in the station: a thread that lives, a loop that polls ---------------------- */
 
 static void test_with_a_living_thread(void)
 {

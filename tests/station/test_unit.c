@@ -3,7 +3,7 @@
 
 #include "tests/station/unit_tools.h"
 
-/* ---- opening and losing ----------------------------------------------------------------- */
+/* ---- opening and losing ------------------------------------------------------------- */
 
 static void test_opens_and_tells(void)
 {
@@ -115,7 +115,7 @@ static void test_gone_between_jobs(void)
     TEST_ASSERT_TRUE(comes(&heard.opened, 2, LONG_MS));
 }
 
-/* ---- jobs of each kind ------------------------------------------------------------------- */
+/* ---- jobs of each kind -------------------------------------------------------------- */
 
 /* What the driver answers to each command, and what must come of it. */
 static const struct job_case {
@@ -175,7 +175,7 @@ static void test_gone_after_calibrating(void)
     TEST_ASSERT_TRUE(comes(&heard.opened, 2, 600 + SLACK_MS));
 }
 
-/* ---- the button ---------------------------------------------------------------------------- */
+/* ---- the button --------------------------------------------------------------------- */
 
 static void test_presses_between_jobs_are_events(void)
 {

@@ -23,7 +23,7 @@ static void spin(struct dice *dice, size_t most_ns)
         continue;
 }
 
-/* ---- cancelling ------------------------------------------------------------------------ */
+/* ---- cancelling --------------------------------------------------------------------- */
 
 static void test_a_job_that_is_asked_ends_no_other(void)
 {
@@ -113,7 +113,7 @@ static void test_cancel_at_random_moments_without_a_button(void)
     check_cancel_at_random_moments();
 }
 
-/* ---- many jobs ---------------------------------------------------------------------------- */
+/* ---- many jobs ---------------------------------------------------------------------- */
 
 static void *ask_a_thousand(void *dice)
 {
@@ -208,6 +208,48 @@ static void test_a_late_wake_ends_no_wait(void)
     TEST_ASSERT_TRUE(comes(&done_jobs, 1, LONG_MS));
     TEST_ASSERT_EQUAL_INT(DRIVER_OK, jobs[0].result);
     TEST_ASSERT_EQUAL_INT(1, heard.buttons);
+}
+
+/* A driver that is asked for a job when its wait for the button is about to begin. */
+static struct driver asking_driver;
+static const struct driver *asked_driver;
+static atomic_bool asks;
+
+static enum driver_result ask_then_wait(struct instrument *instrument, int timeout_ms,
+                                        bool *pressed, struct driver_error *error)
+{
+    if (atomic_exchange(&asks, false))
+        ask(1, UNIT_STATUS);
+    return asked_driver->wait_button(instrument, timeout_ms, pressed, error);
+}
+
+/* What is to end the idling comes before its wait: it would wait for 30 s were it forgotten. */
+static void check_a_job_just_before_a_wait(const struct driver *driver, const char *address)
+{
+    asked_driver = driver;
+    asking_driver = *driver;
+    asking_driver.wait_button = ask_then_wait;
+    atomic_store(&asks, false);
+    open_unit(&asking_driver, address);
+    TEST_ASSERT_TRUE(comes(&heard.opened, 1, LONG_MS));
+    for (int round = 0; round < 20; round++) {
+        done_jobs = 0;
+        atomic_store(&asks, true);
+        ask(0, UNIT_STATUS); /* ends the wait under way: the next asks */
+        TEST_ASSERT_TRUE_MESSAGE(comes(&done_jobs, 2, LONG_MS), "overlooked");
+        TEST_ASSERT_EQUAL_INT(DRIVER_OK, jobs[0].result);
+        TEST_ASSERT_EQUAL_INT(DRIVER_OK, jobs[1].result);
+    }
+}
+
+static void test_a_job_between_idling_and_its_wait(void)
+{
+    check_a_job_just_before_a_wait(&fake_driver, "F-1");
+}
+
+static void test_a_job_between_idling_and_its_simulated_wait(void)
+{
+    check_a_job_just_before_a_wait(&simulated_driver, "speed=5");
 }
 
 /* ---- closing ----------------------------------------------------------------------------------
@@ -308,8 +350,7 @@ static void test_close_gives_up_a_call_that_hangs(void)
     TEST_ASSERT_EQUAL_INT(1, atomic_load(&fake.closes));
 }
 
-/* ---- the simulated instrument
- * --------------------------------------------------------------------- */
+/* ---- the simulated instrument ------------------------------------------------------- */
 
 static struct unit_job *calibrate(enum driver_calibration step)
 {
@@ -374,5 +415,7 @@ int main(void)
     RUN_TEST(test_close_gives_up_a_call_that_hangs);
     RUN_TEST(test_simulated_from_opening_to_reading);
     RUN_TEST(test_simulated_wakes_and_waits);
+    RUN_TEST(test_a_job_between_idling_and_its_wait);
+    RUN_TEST(test_a_job_between_idling_and_its_simulated_wait);
     return UNITY_END();
 }

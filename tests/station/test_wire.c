@@ -166,7 +166,7 @@ static void test_spectrum_of_too_many_bands(void)
     cJSON_Delete(object);
 }
 
-/* ---- matches -------------------------------------------------------------------------- */
+/* ---- matches ------------------------------------------------------------------------ */
 
 static double Cm[] = { 0.1, 0.2 }, Bm[] = { 0.3, 0.4 }, Ch[] = { 0.01, 0.02 }, zero[] = { 0, 0 };
 static const struct table table = { .name = "two-layer",
@@ -274,7 +274,7 @@ static void test_matches_that_are_none(void)
     }
 }
 
-/* ---- records -------------------------------------------------------------------------------- */
+/* ---- records ------------------------------------------------------------------------ */
 
 static void check_round_trip(void)
 {

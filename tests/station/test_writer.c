@@ -68,7 +68,7 @@ static int64_t newest(void)
     return seq;
 }
 
-/* ---- records ------------------------------------------------------------------------------ */
+/* ---- records ------------------------------------------------------------------------ */
 
 enum { MANY = 40 };
 
@@ -119,7 +119,7 @@ static void test_retry_is_known(void)
     free(other.record);
 }
 
-/* ---- the other kinds ------------------------------------------------------------------------ */
+/* ---- the other kinds ---------------------------------------------------------------- */
 
 static void test_opening_tells_id_and_fence(void)
 {
@@ -144,8 +144,8 @@ static void test_subjects_calibrations_and_audit(void)
     struct store_subject subject = { .name = "Ada" }, nobody = { .id = "no-such" };
     struct write_job job[] = {
         { .kind = WRITE_SUBJECT, .subject = &subject, .who = "Jo, uid 0" },
-        { .kind = WRITE_CALIBRATION, .calibration = { .instrument = records_instrument(),
-                                                      .step = "white" } },
+        { .kind = WRITE_CALIBRATION,
+          .calibration = { .instrument = records_instrument(), .step = "white" } },
         { .kind = WRITE_AUDIT, .audit = { .action = "test.note" }, .who = "Jo" },
         { .kind = WRITE_FINISH_ERASING },
         { .kind = WRITE_PRUNE },
@@ -165,9 +165,37 @@ static void test_subjects_calibrations_and_audit(void)
     TEST_ASSERT_EQUAL_size_t(36, strlen(job[1].calibration.id));
     TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, job[6].status);
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_NOT_FOUND, job[7].status, "a sound store");
+    TEST_ASSERT_EQUAL_size_t_MESSAGE(36, strlen(job[7].opened.station_id), "which is told of");
 }
 
-/* ---- when it cannot ---------------------------------------------------------------------------- */
+/* The station's own jobs, asked for while nobody wants anything. */
+static void test_upkeep_does_not_count(void)
+{
+    static const enum write_kind kinds[] = { WRITE_OPEN, WRITE_OPEN, WRITE_FINISH_ERASING,
+                                             WRITE_PRUNE, WRITE_RESTART_WAL };
+    enum { KINDS = sizeof kinds / sizeof *kinds };
+    struct write_job job[KINDS + 1], audit = { .kind = WRITE_AUDIT, .job.done = count };
+    for (size_t i = 0; i < KINDS; i++) {
+        job[i] = (struct write_job){ .kind = kinds[i], .job.done = count };
+        writer_ask(writer, &job[i]);
+        drain_until(i + 1);
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, job[i].status);
+    }
+    struct writer_counts counts = writer_look(writer);
+    TEST_ASSERT_TRUE(counts.groups == 0 && counts.jobs == 0);
+    audit.audit.action = "test.note";
+    writer_ask(writer, &audit);
+    drain_until(KINDS + 1);
+    int64_t bytes;
+    TRY(store_wal_bytes(folder, &bytes));
+    counts = writer_count(writer);
+    TEST_ASSERT_TRUE(counts.groups == 1 && counts.jobs == 1);
+    TEST_ASSERT_TRUE(bytes > 0 && counts.wal_bytes == bytes);
+    TEST_ASSERT_EQUAL_INT64(0, writer_look(writer).longest_us);
+}
+
+/* ---- when it cannot ----------------------------------------------------------------------------
+ */
 
 static void test_damaged_until_begun_anew(void)
 {
@@ -195,6 +223,51 @@ static void test_damaged_until_begun_anew(void)
     free(record.record);
 }
 
+static enum status ask_alone(enum write_kind kind, bool *moved)
+{
+    struct write_job job = { .kind = kind, .job.done = count, .audit = { .action = "test.note" } };
+    writer_ask(writer, &job);
+    drain_until(done_n + 1);
+    *moved = job.moved;
+    return job.status;
+}
+
+/* What may pass is tried again with the next job. */
+static void test_opening_is_tried_again(void)
+{
+    char path[FOLDER_PATH_SIZE];
+    bool moved;
+    TEST_ASSERT_EQUAL_INT(0, mkdir(folder_path(folder, "station.db", path), 0700));
+    heard_start();
+    TEST_ASSERT_EQUAL_INT(STATUS_IO, ask_alone(WRITE_OPEN, &moved));
+    TEST_ASSERT_EQUAL_INT(STATUS_IO, ask_alone(WRITE_AUDIT, &moved));
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_IO, ask_alone(WRITE_BEGIN_ANEW, &moved), "no damage");
+    heard_stop();
+    TEST_ASSERT_FALSE(moved);
+    TEST_ASSERT_EQUAL_INT(0, rmdir(path));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, ask_alone(WRITE_AUDIT, &moved));
+}
+
+/* No empty file is made in its place, and nothing is lost when it comes back. */
+static void test_moved_is_not_begun_anew(void)
+{
+    char path[FOLDER_PATH_SIZE], elsewhere[FOLDER_PATH_SIZE];
+    bool moved;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, ask_alone(WRITE_AUDIT, &moved));
+    folder_path(folder, "station.db", path);
+    TEST_ASSERT_EQUAL_INT(0, rename(path, folder_path(folder, "elsewhere", elsewhere)));
+    heard_start();
+    TEST_ASSERT_EQUAL_INT(STATUS_IO, ask_alone(WRITE_OPEN, &moved));
+    TEST_ASSERT_TRUE(moved);
+    TEST_ASSERT_EQUAL_INT(STATUS_IO, ask_alone(WRITE_BEGIN_ANEW, &moved));
+    TEST_ASSERT_TRUE(moved);
+    heard_stop();
+    TEST_ASSERT_EQUAL_INT(-1, access(path, F_OK));
+    TEST_ASSERT_EQUAL_INT(0, rename(elsewhere, path));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, ask_alone(WRITE_OPEN, &moved));
+    TEST_ASSERT_FALSE(moved);
+}
+
 static void test_stopped_writer_cancels(void)
 {
     struct write_job before = record_job(), after = record_job();
@@ -218,7 +291,10 @@ int main(void)
     RUN_TEST(test_retry_is_known);
     RUN_TEST(test_opening_tells_id_and_fence);
     RUN_TEST(test_subjects_calibrations_and_audit);
+    RUN_TEST(test_upkeep_does_not_count);
     RUN_TEST(test_damaged_until_begun_anew);
+    RUN_TEST(test_opening_is_tried_again);
+    RUN_TEST(test_moved_is_not_begun_anew);
     RUN_TEST(test_stopped_writer_cancels);
     return UNITY_END();
 }
