@@ -155,14 +155,20 @@ void store_remember_files(struct store_files *files, const char *folder)
     }
 }
 
+static bool is_moved(const struct store_files *files, size_t i)
+{
+    struct stat st;
+    return stat(files->file[i].path, &st) != 0 || st.st_ino != files->file[i].inode;
+}
+
+bool store_database_moved(const struct store_files *files)
+{
+    return is_moved(files, 0);
+}
+
 bool store_files_moved(const struct store_files *files)
 {
-    for (size_t i = 0; i < STORE_FILES; i++) {
-        struct stat st;
-        if (stat(files->file[i].path, &st) != 0 || st.st_ino != files->file[i].inode)
-            return true;
-    }
-    return false;
+    return is_moved(files, 0) || is_moved(files, 1);
 }
 
 /* ---- groups and jobs ---------------------------------------------------------------- */

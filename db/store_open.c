@@ -282,12 +282,12 @@ enum status store_open(const char *state_folder, const struct store_clock *clock
 }
 
 /* Readers that are still there keep SQLite from doing this by itself.  A damaged file
- * is left as it is, and so is a WAL whose file has lost its name: it would be emptied
- * into nowhere. */
+ * is left as it is, and so is the WAL of a station.db that has lost its name: it would be
+ * emptied into nowhere.  A WAL that lost its own is emptied while this one still holds it. */
 static void last_checkpoint(struct store *store)
 {
     bool erased;
-    if (store->damaged || store_files_moved(&store->files)) {
+    if (store->damaged || store_database_moved(&store->files)) {
         (void)sqlite3_db_config(store->db, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
         return;
     }

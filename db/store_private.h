@@ -92,7 +92,8 @@ enum status store_prepare(struct store *store);
 
 /* Writes into a file that has lost its name would be lost with it. */
 void store_remember_files(struct store_files *files, const char *folder);
-bool store_files_moved(const struct store_files *files);
+bool store_files_moved(const struct store_files *files);    /* either */
+bool store_database_moved(const struct store_files *files); /* station.db itself */
 
 /* One job: everything between is kept as a whole or not at all.  job_end() gives the
  * job's status, or that of keeping it; `what` is for the log. */
