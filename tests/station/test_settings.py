@@ -1,0 +1,64 @@
+"""Options of skinspecd that cannot be: status 2, one line that says what is wanted, nothing made."""
+
+import os
+import subprocess
+import tempfile
+import unittest
+
+from daemon import BUILD, main
+
+PROGRAM = os.path.join(BUILD, "skinspecd")
+
+# options -> a word of the message
+WRONG = (
+    (["--instrument", "no-such"], "no driver"),
+    (["--instrument", "no-such:serial=1"], "simulated"),
+    (["--instrument", "simulated"] * 17, "at most 16"),
+    (["--max-clients", "0"], "1 to 4096"),
+    (["--max-clients", "many"], "1 to 4096"),
+    (["--max-per-user", "-1"], "1 to 4096"),
+    (["--max-per-process", "5000"], "1 to 4096"),
+    (["--wal-limit", "0"], "1 to 4096"),
+    (["--calibration-hours", "-1"], "0 to 100000"),
+    (["--calibration-hours", "nan"], "0 to 100000"),
+    (["--calibration-policy", "shout"], "block or warn"),
+    (["--socket", ""], "path"),
+    (["--state", "x" * 600], "path"),
+    (["--no-such-option"], "unrecognized"),
+    (["skin.csv"], "nothing to do"),
+)
+
+
+class Settings(unittest.TestCase):
+    def run_with(self, *options, **environment):
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run(
+                [PROGRAM, *options], cwd=folder, capture_output=True, text=True, timeout=20, check=False,
+                env={**os.environ, **environment},
+            )
+            self.assertEqual(os.listdir(folder), [])
+        return done
+
+    def test_what_cannot_be(self):
+        for options, word in WRONG:
+            with self.subTest(options=options):
+                done = self.run_with(*options)
+                self.assertEqual(done.returncode, 2)
+                self.assertIn(word, done.stderr)
+
+    def test_help_and_version(self):
+        shown = self.run_with("--help")
+        self.assertEqual((shown.returncode, shown.stderr), (0, ""))
+        for option in ("--socket", "--state", "--instrument", "--wal-limit", "simulated"):
+            self.assertIn(option, shown.stdout)
+        self.assertRegex(self.run_with("--version").stdout, r"^skinspecd \d+\.\d+\.\d+\n$")
+
+    def test_paths_from_the_environment(self):
+        """Without options: the folder systemd made, the socket of the runtime folder."""
+        done = self.run_with(STATE_DIRECTORY="/nowhere/state", XDG_RUNTIME_DIR="/nowhere/run")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("/nowhere/state", done.stderr)
+
+
+if __name__ == "__main__":
+    main()
