@@ -238,7 +238,7 @@ bool bench_is_ending(const struct bench *bench)
 
 /* ---- events ------------------------------------------------------------------------- */
 
-static cJSON *named(const struct bench *bench)
+cJSON *bench_named(const struct bench *bench)
 {
     cJSON *data = cJSON_CreateObject();
     cJSON_AddStringToObject(data, "instrument", bench->name);
@@ -251,7 +251,7 @@ static void tell_due(struct bench *bench)
     for (size_t i = 0; i < CALIBRATION_STEPS; i++) {
         bool due = state.due[i] != CALIBRATION_GOOD;
         if (due && !bench->was_due[i]) {
-            cJSON *data = named(bench);
+            cJSON *data = bench_named(bench);
             cJSON_AddItemToObject(data, "calibration", step_json(bench, &state, i));
             station_tell(bench->station, EVENT_CALIBRATION, "due", data);
         }
@@ -267,7 +267,7 @@ void bench_tell_changes(struct bench *bench)
     if (bench->told_state == state) /* a constant each */
         return;
     bench->told_state = state;
-    cJSON *data = named(bench);
+    cJSON *data = bench_named(bench);
     cJSON_AddStringToObject(data, "state", state);
     station_tell(bench->station, EVENT_INSTRUMENT, "state", data);
 }
@@ -305,7 +305,7 @@ static void lost(void *context, const struct driver_error *error)
     utf8_make_plain(bench->error.text); /* it goes to clients */
     utf8_make_plain(bench->error.code);
     memset(bench->was_due, 0, sizeof bench->was_due); /* told again when it is back */
-    cJSON *data = named(bench);
+    cJSON *data = bench_named(bench);
     cJSON_AddStringToObject(data, "error", bench->error.text);
     station_tell(bench->station, EVENT_INSTRUMENT, "gone", data);
     bench_tell_changes(bench);
@@ -314,7 +314,7 @@ static void lost(void *context, const struct driver_error *error)
 static void pressed(void *context)
 {
     struct bench *bench = context;
-    station_tell(bench->station, EVENT_INSTRUMENT, "button", named(bench));
+    station_tell(bench->station, EVENT_INSTRUMENT, "button", bench_named(bench));
 }
 
 static void status_changed(void *context, const struct driver_status *status)

@@ -59,6 +59,9 @@ cJSON *bench_calibration_json(const struct bench *bench);
 /* The grid it is set to, and its aperture; no values. */
 struct spectrum bench_bands(const struct bench *bench);
 
+/* {"instrument":NAME}: how the data of events about it begin. */
+cJSON *bench_named(const struct bench *bench);
+
 /* Tell by events what has changed: state, a calibration that is due. */
 void bench_tell_changes(struct bench *bench);
 

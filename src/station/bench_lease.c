@@ -11,13 +11,6 @@
 #include "station/run.h"
 #include "station/serve.h"
 
-static cJSON *named(const struct bench *bench)
-{
-    cJSON *data = cJSON_CreateObject();
-    cJSON_AddStringToObject(data, "instrument", bench->name);
-    return data;
-}
-
 /* ---- granted ------------------------------------------------------------------------ */
 
 static cJSON *lease_json(const struct bench *bench)
@@ -50,7 +43,7 @@ static void name_lease(struct bench *bench)
 
 static void granted(struct bench *bench, const struct ticket *ticket)
 {
-    cJSON *data = named(bench);
+    cJSON *data = bench_named(bench);
     name_lease(bench);
     cJSON_AddNumberToObject(data, "fence", (double)bench->lease.fence);
     cJSON_AddNumberToObject(data, "connection", (double)ticket->client);
@@ -61,7 +54,7 @@ static void granted(struct bench *bench, const struct ticket *ticket)
 
 static void tell_place(struct bench *bench, uint64_t client, size_t place)
 {
-    cJSON *data = named(bench);
+    cJSON *data = bench_named(bench);
     cJSON_AddNumberToObject(data, "connection", (double)client);
     cJSON_AddNumberToObject(data, "position", (double)place);
     station_tell(bench->station, EVENT_LEASE, "queued", data);
@@ -85,7 +78,7 @@ static void tell_places(struct bench *bench)
 
 static void tell_freed(struct bench *bench, int64_t fence, const char *cause)
 {
-    cJSON *data = named(bench);
+    cJSON *data = bench_named(bench);
     cJSON_AddNumberToObject(data, "fence", (double)fence);
     cJSON_AddStringToObject(data, "cause", cause);
     station_tell(bench->station, EVENT_LEASE, "freed", data);
