@@ -47,9 +47,33 @@ const char *driver_calibration_name(enum driver_calibration step)
 
 const char *driver_warning_name(size_t bit)
 {
-    static const char *const names[DRIVER_WARNINGS] = { "battery_low", "lamp_weak",
-                                                        "calibration_old", "temperature" };
+    static const char *const names[DRIVER_WARNINGS] = { "battery_low",     "lamp_weak",
+                                                        "calibration_old", "temperature",
+                                                        "over_range",      "conditions_differ" };
     return NAME_IN(names, bit);
+}
+
+enum driver_result driver_check_setup(const struct driver_identity *is,
+                                      const struct driver_setup *setup, struct driver_error *error)
+{
+    unsigned most = is->max_averages > 1 ? is->max_averages : 1;
+    if (setup->grid >= is->grids || setup->aperture >= is->apertures)
+        return driver_fail(error, DRIVER_UNSUPPORTED, NULL,
+                           "grid %zu, aperture %zu: there are %zu and %zu, from 0", setup->grid,
+                           setup->aperture, is->grids, is->apertures);
+    if (setup->averages > most)
+        return driver_fail(error, DRIVER_UNSUPPORTED, NULL,
+                           "%u flashes for one shot: this instrument averages at most %u; take "
+                           "replicates instead",
+                           setup->averages, most);
+    if (setup->delay_ms < 0 || setup->delay_ms > is->max_delay_ms)
+        return driver_fail(error, DRIVER_UNSUPPORTED, NULL,
+                           "a delay of %d ms: this instrument waits 0 to %d ms", setup->delay_ms,
+                           is->max_delay_ms);
+    if (setup->user_calibration && !is->has_user_calibration)
+        return driver_fail(error, DRIVER_UNSUPPORTED, NULL,
+                           "this instrument has no user calibration: calibrate on its white tile");
+    return DRIVER_OK;
 }
 
 enum driver_result driver_fail(struct driver_error *error, enum driver_result result,

@@ -77,25 +77,41 @@ struct driver_identity {
     char white_tile[DRIVER_NAME_SIZE]; /* serial number of the tile it is calibrated to */
     enum driver_geometry geometry;
     bool has_sci, has_sce, has_button, has_battery, has_stored_samples;
+    bool has_user_calibration; /* the white step can be made with the user's own standard */
     struct driver_grid grid[DRIVER_MAX_GRIDS];
     size_t grids;
     double aperture_mm[DRIVER_MAX_APERTURES];
     size_t apertures;
+    unsigned max_averages; /* flashes it averages into one shot by itself; 0, 1: it does not */
+    int max_delay_ms;      /* it can wait that long before it flashes; 0: it cannot */
 };
+
+struct link_source; /* drivers/link/link.h */
+struct capture;     /* drivers/link/capture.h */
 
 /* Where an instrument is and how it is to be opened. */
 struct driver_options {
-    const char *address;  /* "/dev/ttyACM0", "usb:2457:101e"; simulated: options, see there */
+    const char *address;  /* "/dev/ttyACM0", "usb:001:005"; simulated: options, see there */
     int open_timeout_ms;  /* open() takes no longer; 0: the driver's own choice */
     int reply_timeout_ms; /* silence after which an answer that should have come is given
                              up; added to the time the job itself takes (a flash charging,
                              an average of ten shots).  0: the driver's own choice */
+    const struct link_source *wire; /* instead of what the address names; NULL */
+    struct capture *capture;        /* every byte both ways goes there; NULL: nowhere */
 };
 
 /* How it is set; what a measurement was made with travels in the reading. */
 struct driver_setup {
     size_t grid, aperture; /* index into the identity's lists; 0, 0 after open() */
+    unsigned averages;     /* flashes of one shot; 0 as 1 */
+    int delay_ms;          /* before the flash */
+    bool user_calibration; /* the white step is made with the user's standard */
 };
+
+/* For drivers: DRIVER_UNSUPPORTED, saying what there is, where the instrument cannot be
+ * set like this. */
+enum driver_result driver_check_setup(const struct driver_identity *identity,
+                                      const struct driver_setup *setup, struct driver_error *error);
 
 /* ---- what is due -------------------------------------------------------------------- */
 
@@ -119,8 +135,10 @@ enum driver_warning {
     DRIVER_WARNING_LAMP_WEAK = 1 << 1,
     DRIVER_WARNING_CALIBRATION_OLD = 1 << 2, /* the instrument asks for one, but measured */
     DRIVER_WARNING_TEMPERATURE = 1 << 3,
+    DRIVER_WARNING_OVER_RANGE = 1 << 4,        /* brighter than it can measure */
+    DRIVER_WARNING_CONDITIONS_DIFFER = 1 << 5, /* not those of its target or its calibration */
 };
-enum { DRIVER_WARNINGS = 4 };
+enum { DRIVER_WARNINGS = 6 };
 const char *driver_warning_name(size_t bit); /* "battery_low" ... */
 
 /* One shot.  What the instrument sent as integers is kept as it came, and the
@@ -138,9 +156,17 @@ struct driver_reading {
 
 struct instrument; /* each driver's own */
 
+/* What discovery may take for an instrument of this driver.  A tty whose USB parent is not
+ * named here is never opened unless it was configured by hand. */
+struct driver_match {
+    uint16_t vid, pid; /* pid 0: any of this maker */
+    enum { DRIVER_BUS_TTY, DRIVER_BUS_USB } bus;
+};
+
 struct driver {
-    const char *name;        /* "simulated", "km_ascii" */
-    const char *description; /* one line for --help */
+    const char *name;                   /* "simulated", "km_ascii" */
+    const char *description;            /* one line for --help */
+    const struct driver_match *matches; /* ends with vid 0; NULL: by configuration alone */
 
     /* Open and identify.  On failure *ret is untouched. */
     enum driver_result (*open)(const struct driver_options *options, struct instrument **ret,
@@ -153,8 +179,10 @@ struct driver {
      * itself is not cancelled but bounded by its timeout. */
     void (*cancel)(struct instrument *instrument);
 
-    /* DRIVER_UNSUPPORTED, and all as it was, for an index outside the lists.  Another
-     * grid or aperture may make calibrations due: ask status(). */
+    /* DRIVER_UNSUPPORTED, and all as it was, for an index outside the lists or a choice that the
+     * identity does not offer; DRIVER_REFUSED where the operator has to do something first
+     * (move a slider).  Another grid, aperture or kind of calibration may make calibrations
+     * due: ask status(). */
     enum driver_result (*configure)(struct instrument *instrument, const struct driver_setup *setup,
                                     struct driver_error *error);
     enum driver_result (*status)(struct instrument *instrument, struct driver_status *ret,

@@ -261,13 +261,12 @@ static enum driver_result simulated_configure(struct instrument *in,
 {
     struct answer a;
     begin(in, OPERATION_CONFIGURE);
-    if (setup->grid >= identity_of_all.grids || setup->aperture >= identity_of_all.apertures)
-        return driver_fail(error, DRIVER_UNSUPPORTED, NULL,
-                           "grid %zu, aperture %zu: there are %zu and %zu, from 0", setup->grid,
-                           setup->aperture, identity_of_all.grids, identity_of_all.apertures);
+    enum driver_result r = driver_check_setup(&identity_of_all, setup, error);
+    if (r != DRIVER_OK)
+        return r;
     device_set(in->device, &identity_of_all.grid[setup->grid],
                identity_of_all.aperture_mm[setup->aperture], &a);
-    enum driver_result r = await_reply(in, &a, error);
+    r = await_reply(in, &a, error);
     if (r == DRIVER_OK)
         in->setup = *setup;
     return r;

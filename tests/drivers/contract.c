@@ -3,6 +3,7 @@
 #include "tests/drivers/contract.h"
 
 #include <dirent.h>
+#include <limits.h>
 #include <math.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -75,6 +76,8 @@ static enum driver_result open_in(enum contract_situation situation, struct inst
     options.address = fixture->set_up(situation);
     if (options.address == NULL)
         TEST_IGNORE_MESSAGE("this situation cannot be had");
+    if (fixture->wire != NULL)
+        options.wire = fixture->wire();
     if (situation == CONTRACT_SILENT)
         options.open_timeout_ms = REPLY_MS;
     return driver->open(&options, ret, &identity, &error);
@@ -189,11 +192,17 @@ static void test_configure_within_bounds_only(void)
 {
     open_it(CONTRACT_SOUND);
     const struct driver_setup beyond[] = {
-        { identity.grids, 0 },
-        { 0, identity.apertures },
-        { SIZE_MAX, SIZE_MAX },
+        { .grid = identity.grids },
+        { .aperture = identity.apertures },
+        { .grid = SIZE_MAX, .aperture = SIZE_MAX },
+        { .averages = (identity.max_averages > 1 ? identity.max_averages : 1) + 1 },
+        { .averages = UINT_MAX },
+        { .delay_ms = -1 },
+        { .delay_ms = identity.max_delay_ms + 1 },
+        { .user_calibration = true },
     };
-    for (size_t i = 0; i < sizeof beyond / sizeof *beyond; i++)
+    size_t n = sizeof beyond / sizeof *beyond - (identity.has_user_calibration ? 1 : 0);
+    for (size_t i = 0; i < n; i++)
         EXPECT(DRIVER_UNSUPPORTED, driver->configure(instrument, &beyond[i], &error));
     /* Any slider that has to be moved by hand stands at aperture 0. */
     for (size_t i = 0; i < identity.grids; i++)

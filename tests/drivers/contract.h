@@ -23,6 +23,9 @@ struct contract_fixture {
     const char *(*set_up)(enum contract_situation situation);
     void (*tear_down)(void);
 
+    /* The wire to what set_up() made; NULL: the address says it. */
+    const struct link_source *(*wire)(void);
+
     /* Whether two instruments set up alike measure exactly alike. */
     bool deterministic;
 };

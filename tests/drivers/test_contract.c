@@ -25,7 +25,10 @@ static void tear_down_simulated(void)
 }
 
 static const struct contract_fixture fixtures[] = {
-    { &simulated_driver, set_up_simulated, tear_down_simulated, .deterministic = true },
+    { .driver = &simulated_driver,
+      .set_up = set_up_simulated,
+      .tear_down = tear_down_simulated,
+      .deterministic = true },
 };
 enum { FIXTURES = sizeof fixtures / sizeof *fixtures };
 
@@ -97,7 +100,8 @@ static const struct names_case {
     { "calibration", calibration_name, { "zero", "white" } },
     { "warning",
       driver_warning_name,
-      { "battery_low", "lamp_weak", "calibration_old", "temperature" } },
+      { "battery_low", "lamp_weak", "calibration_old", "temperature", "over_range",
+        "conditions_differ" } },
 };
 
 static void test_names(void)

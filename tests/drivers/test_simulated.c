@@ -789,7 +789,8 @@ static void test_button_by_all_together(void)
 
 static enum driver_result do_configure(void)
 {
-    return sim->configure(instrument, &(struct driver_setup){ GRID_360_740, PORT_8MM }, &error);
+    return sim->configure(
+        instrument, &(struct driver_setup){ .grid = GRID_360_740, .aperture = PORT_8MM }, &error);
 }
 
 static enum driver_result do_status(void)
@@ -1011,7 +1012,7 @@ static void test_cancel_while_charging(void)
 
 static void test_identity(void)
 {
-    struct driver_options options = { NULL, 0, 0 }; /* the driver's own choices */
+    struct driver_options options = { .address = NULL }; /* the driver's own choices */
     TEST_ASSERT_EQUAL_INT(DRIVER_OK, sim->open(&options, &instrument, &identity, &error));
     TEST_ASSERT_EQUAL_STRING("SIM-1", identity.serial);
     TEST_ASSERT_EQUAL_STRING("d/8", driver_geometry_name(identity.geometry));
