@@ -13,8 +13,11 @@ ALL_CFLAGS = -std=c11 -D_POSIX_C_SOURCE=200809L -Isrc -I. -fPIC -pthread -ffp-co
              -ftree-vectorize $(WARNINGS) $(CFLAGS) $(EXTRA)
 PACKAGES := sqlite3 nettle libcjson libsystemd
 # Asked when a recipe runs, not when the Makefile is read: they may be installed by then.
-PKG_CFLAGS = $(shell pkg-config --cflags $(PACKAGES))
+WIRES    := libserialport libusb-1.0 libudev
+MOCKS    := umockdev-1.0
+PKG_CFLAGS = $(shell pkg-config --cflags $(PACKAGES) $(WIRES))
 PKG_LIBS   = $(shell pkg-config --libs $(PACKAGES))
+WIRES_LIBS = $(shell pkg-config --libs $(WIRES))
 
 core_c  := $(wildcard src/base/*.c src/optics/*.c src/colour/*.c src/match/*.c)
 db_c    := $(wildcard db/*.c)
@@ -25,10 +28,12 @@ wire_c  := $(patsubst %,src/station/%.c,protocol schema strict_json wire events)
 drivers_c := $(wildcard drivers/*.c drivers/*/*.c)
 cli_c   := $(wildcard src/cli/*.c)
 tests_c := $(wildcard tests/*/test_*.c)
-support_c := $(wildcard tests/support/*.c tests/drivers/contract.c)
+support_c := $(wildcard tests/support/*.c tests/drivers/contract.c tests/sim/*.c)
+# What mocks the system's devices for unmodified programs, and the program that does.
+mock_c  := $(wildcard tests/sim/mock/*.c)
 fuzz_c  := $(wildcard tests/fuzz/*.c)
 bench_c := $(wildcard tests/bench/*.c tests/match/bench.c tests/store/bench.c)
-all_h   := $(wildcard src/*.h src/*/*.h db/*.h drivers/*.h drivers/*/*.h tests/*/*.h)
+all_h   := $(wildcard src/*.h src/*/*.h db/*.h drivers/*.h drivers/*/*.h tests/*/*.h tests/*/*/*.h)
 public_h := $(shell sed -n 's/^.include "\(.*\)".*/\1/p' src/skinspec.h)
 objects  = $(patsubst %.c,$(BUILD)/obj/%.o,$(1))
 core_o  := $(call objects,$(core_c))
@@ -45,6 +50,7 @@ lib_a   := $(BUILD)/libskinspec.a
 lib_so  := $(BUILD)/libskinspec.so.0
 program := $(BUILD)/skinspec
 daemon  := $(BUILD)/skinspecd
+simhost := $(if $(mock_c),$(BUILD)/simhost)
 tables  := $(BUILD)/tables/table-two-layer.db $(BUILD)/tables/table-paper.db
 
 .PHONY: FORCE help all demo test test-fuzz test-kill test-soak soak bench asan cover lint format docs install clean \
@@ -60,7 +66,7 @@ all: $(program) $(daemon) $(lib_a) $(lib_so) ## the programs and the library
 demo: $(program) $(daemon) $(tables) ## a station on a simulated instrument: calibrate, measure, the record
 	@BUILD=$(BUILD) tools/demo
 
-test: need-test all $(tests) $(tables) ## all tests
+test: need-test all $(tests) $(simhost) $(tables) ## all tests
 	@BUILD=$(BUILD) tools/run-tests $(tests)
 
 FUZZ_SECONDS ?= 60
@@ -113,7 +119,7 @@ lint: need-lint ## layout, static analysis, and warnings of gcc and clang as err
 
 format: need-lint ## lay out the sources by clang-format
 	@clang-format -i $(core_c) $(json_c) $(station_c) $(db_c) $(drivers_c) $(cli_c) $(tests_c) \
-	    $(support_c) $(fuzz_c) $(bench_c) $(all_h) docs/examples/*.c
+	    $(support_c) $(mock_c) $(fuzz_c) $(bench_c) $(all_h) docs/examples/*.c
 
 docs: ## docs/protocol.md from the protocol's description
 	@tools/protocol-docs > docs/protocol.md.new && mv docs/protocol.md.new docs/protocol.md
@@ -140,10 +146,12 @@ clean: ## remove what was built
 need-build:
 	@tools/need cmd:cc=gcc cmd:pkg-config=pkg-config file:/usr/include/argp.h=libc6-dev \
 	    lib:sqlite3=libsqlite3-dev lib:nettle=nettle-dev lib:libcjson=libcjson-dev \
-	    lib:libsystemd=libsystemd-dev
+	    lib:libsystemd=libsystemd-dev lib:libserialport=libserialport-dev \
+	    lib:libusb-1.0=libusb-1.0-0-dev lib:libudev=libudev-dev
 
 need-test: need-build $(unity)/unity.c
-	@tools/need cmd:python3=python3 cmd:spec2cie=argyll
+	@tools/need cmd:python3=python3 cmd:spec2cie=argyll lib:umockdev-1.0=libumockdev-dev \
+	    cmd:umockdev-wrapper=umockdev
 
 need-fuzz: need-build
 	@tools/need cmd:clang=clang cmd:python3=python3
@@ -151,7 +159,7 @@ need-fuzz: need-build
 need-cover: need-test
 	@tools/need cmd:gcovr=gcovr
 
-need-lint: need-build $(unity)/unity.c
+need-lint: need-test
 	@tools/need cmd:clang=clang cmd:clang-format=clang-format cmd:clang-tidy=clang-tidy \
 	    cmd:cppcheck=cppcheck
 
@@ -204,18 +212,23 @@ $(program): $(cli_o) $(wire_o) $(json_o) $(db_o) $(lib_a)
 
 $(daemon): $(station_o) $(json_o) $(db_o) $(drivers_o) $(lib_a)
 	@echo "  LD $@"
-	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) $(WIRES_LIBS) -lm
+
+$(call objects,$(mock_c)): PKG_CFLAGS = $(shell pkg-config --cflags $(MOCKS) $(WIRES))
+$(BUILD)/simhost: $(call objects,$(mock_c) $(wildcard tests/sim/*.c)) $(lib_a)
+	@echo "  LD $@"
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(shell pkg-config --libs $(MOCKS) $(WIRES)) -lm
 
 # A test may use everything but the main programs.
 not_main = $(filter-out %/main.o,$(1))
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(call objects,$(support_c)) $(BUILD)/obj/unity.o \
         $(call not_main,$(cli_o) $(station_o)) $(json_o) $(db_o) $(drivers_o) $(lib_a)
 	@mkdir -p $(@D)
-	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) $(WIRES_LIBS) -lm
 
 $(BUILD)/fuzz_%: $(BUILD)/obj/tests/fuzz/fuzz_%.o $(BUILD)/obj/tests/support/table_files.o \
         $(call not_main,$(station_o)) $(json_o) $(db_o) $(drivers_o) $(lib_a)
-	@$(CC) $(ALL_CFLAGS) -fsanitize=fuzzer $^ -o $@ $(PKG_LIBS) -lm
+	@$(CC) $(ALL_CFLAGS) -fsanitize=fuzzer $^ -o $@ $(PKG_LIBS) $(WIRES_LIBS) -lm
 
 # What rows are made by: a change there makes the tables anew.
 $(BUILD)/tables/table-%.db: $(lib_a) $(db_o) | $(program)
@@ -223,4 +236,4 @@ $(BUILD)/tables/table-%.db: $(lib_a) $(db_o) | $(program)
 	@$(program) table build --model $* --out $@ --force
 
 -include $(patsubst %.o,%.d,$(core_o) $(json_o) $(station_o) $(db_o) $(drivers_o) $(cli_o) \
-    $(call objects,$(tests_c) $(support_c) $(fuzz_c) $(bench_c)))
+    $(call objects,$(tests_c) $(support_c) $(mock_c) $(fuzz_c) $(bench_c)))

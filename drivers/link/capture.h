@@ -1,0 +1,84 @@
+/* capture.h - a conversation with an instrument as a text file.
+ *
+ *   # skinspec capture 1
+ *   # model: Konica Minolta CM-700d      firmware: 1.04
+ *   # date: 2026-11-22T09:30:00Z         by: a wire simulator
+ *   # done: calibrated, three shots
+ *   # simulated, not seen on hardware
+ *   0.000000 driver km_ascii
+ *   0.000010 open serial
+ *   0.000100 = measure                   a function of the driver begins
+ *   0.000200 > 00 MES,1\r\n              to the instrument, on this channel (hex)
+ *   0.004300 < 00 OK00\r\n               from it
+ *   0.504400 ~ 00                        waited for it until the deadline in vain
+ *   0.504500 ! gone                      the link failed, a name of driver_result
+ *   0.600000 @ measure {...}             what the station was asked, JSON
+ *
+ * Times are seconds since the first line.  Bytes are themselves where they are printable
+ * ASCII, \r, \n and \\, and \xHH else; a transfer of more than 64 bytes most of which are
+ * not printable is written `:` and hex.  A line of a capture has no limit.
+ *
+ * Lines are written whole, by any thread, and flushed before the call returns: what a
+ * crash leaves can be read. */
+#ifndef SKINSPEC_DRIVERS_LINK_CAPTURE_H
+#define SKINSPEC_DRIVERS_LINK_CAPTURE_H
+
+#include <stdint.h>
+#include <stdio.h>
+
+#include "base/status.h"
+
+/* ---- writing ------------------------------------------------------------------------ */
+
+struct capture;
+
+/* path is made anew (0600) and may not exist.  Logged.  STATUS_EXISTS, STATUS_IO,
+ * STATUS_NO_MEMORY. */
+enum status capture_create(const char *path, const char *driver, struct capture **ret);
+void capture_note(struct capture *capture, const char *format, ...) /* a line "# ..." */
+    __attribute__((format(printf, 2, 3)));
+void capture_call(struct capture *capture, const char *call);                /* = */
+void capture_asked(struct capture *capture, const char *what);               /* @ */
+void capture_event(struct capture *capture, const char *event);              /* open, ! */
+void capture_bytes(struct capture *capture, char direction, uint8_t channel, /* > < ~ */
+                   const void *bytes, size_t n);
+
+/* STATUS_IO where any line could not be written (disk full): the capture is not whole.
+ * Takes NULL. */
+enum status capture_close(struct capture *capture);
+
+/* ---- reading ------------------------------------------------------------------------ */
+
+enum capture_kind {
+    CAPTURE_DRIVER,  /* text: its name */
+    CAPTURE_OPEN,    /* text: the kind of link */
+    CAPTURE_CALL,    /* text */
+    CAPTURE_SENT,    /* channel, bytes, n */
+    CAPTURE_CAME,    /* channel, bytes, n */
+    CAPTURE_SILENCE, /* channel */
+    CAPTURE_FAILED,  /* text: a name of driver_result */
+    CAPTURE_ASKED,   /* text */
+};
+
+struct capture_line {
+    enum capture_kind kind;
+    double at_s;
+    unsigned line; /* of the file, from 1, for messages */
+    uint8_t channel;
+    uint8_t *bytes;
+    size_t n;
+    char *text;
+};
+
+struct capture_file {
+    int64_t realtime_s; /* of its "date:"; 0 without one */
+    struct capture_line *lines;
+    size_t n;
+};
+
+/* Logged with file:line.  STATUS_FORMAT for a file that is no capture or has a line that is
+ * none of the above, STATUS_IO, STATUS_NO_MEMORY. */
+enum status capture_read(const char *path, struct capture_file *ret);
+void capture_free(struct capture_file *file);
+
+#endif

@@ -1,0 +1,35 @@
+/* line.h - lines of text from a serial link.
+ *
+ * What comes behind the end of a line is kept for the next: an instrument may speak without
+ * being asked.  A line is at most LINE_MAX_BYTES; a longer one, or one with a byte that is
+ * no printable ASCII, is DRIVER_PROTOCOL and thrown away up to the next end. */
+#ifndef SKINSPEC_DRIVERS_LINK_LINE_H
+#define SKINSPEC_DRIVERS_LINK_LINE_H
+
+#include "drivers/link/link.h"
+
+enum { LINE_MAX_BYTES = 1024 };
+
+struct line_reader {
+    struct link *link;
+    const char *end; /* "\r\n" */
+    size_t filled;
+    char bytes[LINE_MAX_BYTES];
+};
+
+void line_reader_init(struct line_reader *reader, struct link *link, const char *end);
+
+/* The next line without its end, with a NUL.  DRIVER_TIMEOUT also where it began but did not
+ * end by then; its beginning is kept. */
+enum driver_result line_read(struct line_reader *reader, char line[LINE_MAX_BYTES],
+                             int64_t deadline_ms, struct driver_error *error);
+
+/* Forget what was kept and drain the link: before a question, so that a late answer to the last
+ * one is not taken for this one's. */
+enum driver_result line_resync(struct line_reader *reader, int quiet_ms, int64_t deadline_ms,
+                               struct driver_error *error);
+
+/* Whether anything is kept: something has come unasked. */
+bool line_is_kept(const struct line_reader *reader);
+
+#endif

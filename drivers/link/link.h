@@ -1,0 +1,124 @@
+/* link.h - bytes to and from one instrument, whatever the wire.
+ *
+ * A driver has two layers: its dialect (NAME_wire.[ch], bytes <-> values, pure) and the
+ * conversation (NAME.c), which sends and receives over a link.  The links:
+ *
+ *   serial   a tty, by libserialport           usb      bulk endpoints, by libusb
+ *   replay   a capture instead of an instrument
+ *   record   another link, every byte both ways written to a capture
+ *   fault    another link, and what can go wrong on a wire, at a stated byte
+ *
+ * The instrument's thread owns its link and uses it from nowhere else.  All waiting goes
+ * through the driver's struct call, so that its cancel() ends it; deadlines are those of
+ * call_now_ms().  As in driver.h, a function that does not return DRIVER_OK has filled
+ * *error and left its other outputs untouched. */
+#ifndef SKINSPEC_DRIVERS_LINK_LINK_H
+#define SKINSPEC_DRIVERS_LINK_LINK_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "drivers/call.h"
+#include "drivers/driver.h"
+
+struct link;
+
+/* A channel is an endpoint's address on USB (0x01 out, 0x81 in), LINK_SERIAL on a line. */
+enum { LINK_SERIAL = 0 };
+
+struct link_ops {
+    const char *kind; /* "serial", "usb", ... */
+
+    /* All n bytes, or an error. */
+    enum driver_result (*send)(struct link *link, uint8_t channel, const void *bytes, size_t n,
+                               int64_t deadline_ms, struct driver_error *error);
+
+    /* Wait for bytes: a line gives what is there, 1 to size of them, usb one transfer of at
+     * most size, which a short packet ends (*n may be 0) and the deadline may cut.
+     * DRIVER_TIMEOUT where nothing came; DRIVER_GONE within 100 ms of the unplugging;
+     * DRIVER_PROTOCOL where the device stalls or sends more than size: the endpoint is
+     * ready again. */
+    enum driver_result (*receive)(struct link *link, uint8_t channel, void *bytes, size_t size,
+                                  size_t *n, int64_t deadline_ms, struct driver_error *error);
+
+    /* Throw away what comes on the channel until it was quiet for quiet_ms: the way back
+     * into step.  DRIVER_TIMEOUT where it does not become quiet before the deadline. */
+    enum driver_result (*drain)(struct link *link, uint8_t channel, int quiet_ms,
+                                int64_t deadline_ms, struct driver_error *error);
+
+    /* A function of the driver begins, "measure", "calibrate zero"; NULL: of no interest.
+     * A capture is made of such calls, and is replayed by them. */
+    void (*begin)(struct link *link, const char *call);
+
+    /* Seconds since 1970 for an instrument's clock; NULL: the system's.  A replay gives the
+     * time of the capture, so that the bytes are the same. */
+    int64_t (*realtime_s)(struct link *link);
+
+    void (*close)(struct link *link);
+};
+
+/* Each link begins with this. */
+struct link {
+    const struct link_ops *ops;
+    struct call *call; /* of the driver; outlives the link */
+};
+
+/* ---- opening ------------------------------------------------------------------------ */
+
+/* 8N1 always. */
+struct link_serial {
+    unsigned baud;
+    bool rts_cts;
+};
+
+struct link_usb_model {
+    uint16_t vid, pid;
+};
+
+struct link_usb {
+    const struct link_usb_model *models; /* ends with vid 0: what else may not be opened */
+    uint8_t interface;
+};
+
+/* What a driver asks for. */
+struct link_wanted {
+    /* "/dev/ttyACM0", or a link in /dev/serial/by-id; "usb:001:005", bus and device; "usb" or
+     * "usb:2457:101e", the only such instrument there is; "replay:FILE".  driver_options. */
+    const char *address;
+    struct call *call;
+    const struct link_serial *serial; /* NULL: the driver speaks no serial line */
+    const struct link_usb *usb;       /* NULL: nor USB */
+    int64_t deadline_ms;
+};
+
+/* Where links come from, if not from the address: tests connect a simulator or a fault. */
+struct link_source {
+    enum driver_result (*open)(const struct link_source *source, const struct link_wanted *wanted,
+                               struct link **ret, struct driver_error *error);
+};
+
+/* Open what options->address names, or what options->wire gives, with options->capture (if
+ * any) written to.  A port is held alone: TIOCEXCL and a lock file beside that of others
+ * (DRIVER_BUSY); EACCES and EPERM are tried again for 2 s, as udev may not have set the mode
+ * yet, then DRIVER_NO_PERMISSION; DRIVER_GONE where there is no such port; DRIVER_UNSUPPORTED for
+ * one that is no tty, another model, or an address of another kind.  The text says what
+ * to do. */
+enum driver_result link_open(const struct driver_options *options, const struct link_wanted *wanted,
+                             struct link **ret, struct driver_error *error);
+
+/* ---- using -------------------------------------------------------------------------- */
+
+/* How each function of a driver that talks begins: call_begin() and ops->begin(). */
+void link_begin(struct link *link, const char *call);
+void link_begin_waiting(struct link *link, const char *call); /* call_begin_waiting() */
+
+enum driver_result link_send(struct link *link, uint8_t channel, const void *bytes, size_t n,
+                             int64_t deadline_ms, struct driver_error *error);
+enum driver_result link_receive(struct link *link, uint8_t channel, void *bytes, size_t size,
+                                size_t *n, int64_t deadline_ms, struct driver_error *error);
+enum driver_result link_drain(struct link *link, uint8_t channel, int quiet_ms, int64_t deadline_ms,
+                              struct driver_error *error);
+int64_t link_realtime_s(struct link *link);
+void link_close(struct link *link); /* takes NULL */
+
+#endif
