@@ -77,11 +77,14 @@ static cJSON *match_of(const struct reading *reading, const struct store_record 
     cJSON *match = NULL;
     enum strict_json_fault fault;
     bool is_other = strcmp(record->parameters_sha256, lookup->sha256) != 0;
-    if (is_other || (reading->kiosk && record->owner_uid != reading->uid))
+    if (is_other || (reading->kiosk && record->owner_uid != reading->uid)) {
         refusal_set(refusal, REASON_UUID_REUSED, NULL);
-    else if (strict_json_parse(text, strlen(text), &match, &fault, NULL) == STATUS_OK)
+        return NULL;
+    }
+    enum status s = strict_json_parse(text, strlen(text), &match, &fault, NULL);
+    if (s == STATUS_OK)
         add_record(match, record);
-    else
+    else if (s != STATUS_NO_MEMORY) /* which it says already */
         refusal_set(refusal, REASON_RECORD_WITHOUT_MATCH, NULL);
     return match;
 }

@@ -117,6 +117,11 @@ static enum found refuse_with(struct lookup *lookup, enum reason reason)
     return FOUND_REASON;
 }
 
+static enum reason reason_of(enum status s)
+{
+    return s == STATUS_NO_MEMORY ? REASON_NO_MEMORY : REASON_STORE_FAILED;
+}
+
 static bool any(void *context, const struct store_subject *subject)
 {
     (void)context;
@@ -144,7 +149,7 @@ static enum found look_at_references(struct lookup *lookup, const struct reading
         if (s == STATUS_NOT_FOUND || (s == STATUS_OK && is_foreign(reading, record)))
             return refuse_with(lookup, REASON_RECORD_UNKNOWN);
     }
-    return s == STATUS_OK ? FOUND_NOTHING : refuse_with(lookup, REASON_STORE_FAILED);
+    return s == STATUS_OK ? FOUND_NOTHING : refuse_with(lookup, reason_of(s));
 }
 
 static enum found look_up(struct lookup *lookup, const struct reading *reading,
@@ -154,11 +159,11 @@ static enum found look_up(struct lookup *lookup, const struct reading *reading,
     if (s == STATUS_NOT_FOUND)
         return look_at_references(lookup, reading, reader, record);
     if (s != STATUS_OK)
-        return refuse_with(lookup, REASON_STORE_FAILED);
+        return refuse_with(lookup, reason_of(s));
     if (is_foreign(reading, record) || strcmp(record->parameters_sha256, lookup->sha256) != 0)
         return refuse_with(lookup, REASON_UUID_REUSED);
     s = wire_record(record, result);
-    return s == STATUS_OK ? FOUND_RECORD : refuse_with(lookup, REASON_STORE_FAILED);
+    return s == STATUS_OK ? FOUND_RECORD : refuse_with(lookup, reason_of(s));
 }
 
 static void look_up_on_worker(struct job *job, void *thread)

@@ -72,10 +72,13 @@ static void begun(struct job *job)
 void serve_store_begin_anew(struct station *station, struct client *client, struct request *request)
 {
     struct ticket ticket = ticket_of(client, request);
-    struct anew *anew = calloc(1, sizeof *anew);
-    if (station->writer == NULL || anew == NULL) {
-        free(anew);
+    if (station->writer == NULL) {
         station_refuse_for(station, &ticket, REASON_STORE_READ_ONLY, "%s", station->store.error);
+        return;
+    }
+    struct anew *anew = calloc(1, sizeof *anew);
+    if (anew == NULL) {
+        station_refuse_for(station, &ticket, REASON_NO_MEMORY, NULL);
         return;
     }
     anew->write.job.done = begun;
