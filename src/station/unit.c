@@ -75,14 +75,15 @@ static enum driver_result try_to_open(struct unit *u, struct driver_error *error
     return r;
 }
 
-static void come_up(struct unit *u)
+/* False: it is up, and nobody could be told. */
+static bool come_up(struct unit *u)
 {
     u->connection++;
     u->watches_button = u->identity.has_button;
     pthread_mutex_lock(&u->lock);
     u->down = false; /* before it is told: who hears of it may ask at once */
     pthread_mutex_unlock(&u->lock);
-    unit_tell_opened(u);
+    return unit_tell_opened(u);
 }
 
 /* After the instrument was lost, or could not be opened, or when the unit is closed. */
@@ -111,8 +112,10 @@ static void *live(void *unit)
     int64_t pause_ms = FIRST_PAUSE_MS;
     for (;;) {
         if (try_to_open(u, &error) == DRIVER_OK) {
-            come_up(u);
-            unit_serve(u, &error);
+            if (come_up(u))
+                unit_serve(u, &error);
+            else
+                (void)driver_fail(&error, DRIVER_GONE, NULL, "not enough memory to use it");
             pause_ms = FIRST_PAUSE_MS;
         }
         go_down(u, &error);

@@ -57,8 +57,9 @@ void unit_keep_status(struct unit *unit, const struct driver_status *status);
 
 /* ---- unit_tell.c: on the thread ----------------------------------------------------- */
 
-/* Events, of what the members say now. */
-void unit_tell_opened(struct unit *unit);
+/* Events, of what the members say now.  One that there is no memory for is lost, and logged; false
+ * for the first of them, without which nobody would use the instrument. */
+bool unit_tell_opened(struct unit *unit);
 void unit_tell_lost(struct unit *unit, const struct driver_error *error);
 void unit_tell_button(struct unit *unit);
 void unit_tell_status(struct unit *unit);

@@ -43,13 +43,13 @@ static void deliver_status(struct job *job)
     free(n);
 }
 
-/* Through one of the functions above; error may be NULL. */
-static void tell(struct unit *u, void (*how)(struct job *job), const struct driver_error *error)
+/* Through one of the functions above; error may be NULL.  False: it is lost, for want of memory. */
+static bool tell(struct unit *u, void (*how)(struct job *job), const struct driver_error *error)
 {
     struct notice *n = calloc(1, sizeof *n);
     if (n == NULL) {
         log_error("unit: not enough memory to tell what happened to '%s'", u->driver->name);
-        return;
+        return false;
     }
     n->job.done = how;
     n->to = u->events;
@@ -59,24 +59,25 @@ static void tell(struct unit *u, void (*how)(struct job *job), const struct driv
     if (error != NULL)
         n->error = *error;
     inbox_put(u->inbox, &n->job);
+    return true;
 }
 
-void unit_tell_opened(struct unit *u)
+bool unit_tell_opened(struct unit *u)
 {
-    tell(u, deliver_opened, NULL);
+    return tell(u, deliver_opened, NULL);
 }
 
 void unit_tell_lost(struct unit *u, const struct driver_error *error)
 {
-    tell(u, deliver_lost, error);
+    (void)tell(u, deliver_lost, error);
 }
 
 void unit_tell_button(struct unit *u)
 {
-    tell(u, deliver_button, NULL);
+    (void)tell(u, deliver_button, NULL);
 }
 
 void unit_tell_status(struct unit *u)
 {
-    tell(u, deliver_status, NULL);
+    (void)tell(u, deliver_status, NULL);
 }

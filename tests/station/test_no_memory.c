@@ -152,6 +152,23 @@ static void test_event_that_cannot_be_told(void)
     TEST_ASSERT_EQUAL_INT(0, heard.buttons);
 }
 
+/* Else it would be there, and nobody would ever use it: it is opened anew. */
+static void test_opening_that_cannot_be_told(void)
+{
+    const struct driver_options options = { .address = "F-1" };
+    const struct unit_events events = { on_opened, on_lost, on_button, on_status, &heard };
+    heard_start();
+    atomic_store(&allocations_left, 2); /* unit, address */
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, unit_open(&fake_driver, &options, &inbox, &events, &unit));
+    TEST_ASSERT_TRUE(reaches(&fake.closes, 1, LONG_MS));
+    TEST_ASSERT_EQUAL_INT(0, heard.opened);
+    atomic_store(&allocations_left, -1);
+    bool comes_up = comes(&heard.opened, 1, LONG_MS);
+    heard_stop();
+    TEST_ASSERT_TRUE(comes_up);
+    TEST_ASSERT_EQUAL_INT(DRIVER_OK, get(UNIT_MEASURE)->result);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -159,5 +176,6 @@ int main(void)
     RUN_TEST(test_unit_that_cannot_be_made);
     RUN_TEST(test_unit_without_an_address);
     RUN_TEST(test_event_that_cannot_be_told);
+    RUN_TEST(test_opening_that_cannot_be_told);
     return UNITY_END();
 }
