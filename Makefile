@@ -219,12 +219,17 @@ $(BUILD)/simhost: $(call objects,$(mock_c) $(wildcard tests/sim/*.c)) $(lib_a)
 	@echo "  LD $@"
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(shell pkg-config --libs $(MOCKS) $(WIRES)) -lm
 
+# What of a test's may be made to run out; see tests/station/scarce_tools.h.
+scarce := malloc calloc realloc strdup pthread_create \
+          $(addprefix sd_event_add_,io time time_relative defer)
+$(addprefix $(BUILD)/tests/station/test_scarce,_answers _start): LINK := $(scarce:%=-Wl,--wrap=%)
+
 # A test may use everything but the main programs.
 not_main = $(filter-out %/main.o,$(1))
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(call objects,$(support_c)) $(BUILD)/obj/unity.o \
         $(call not_main,$(cli_o) $(station_o)) $(json_o) $(db_o) $(drivers_o) $(lib_a)
 	@mkdir -p $(@D)
-	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) $(WIRES_LIBS) -lm
+	@$(CC) $(ALL_CFLAGS) $(LINK) $^ -o $@ $(PKG_LIBS) $(WIRES_LIBS) -lm
 
 $(BUILD)/fuzz_%: $(BUILD)/obj/tests/fuzz/fuzz_%.o $(BUILD)/obj/tests/support/table_files.o \
         $(call not_main,$(station_o)) $(json_o) $(db_o) $(drivers_o) $(lib_a)

@@ -9,6 +9,7 @@
 #include "base/log.h"
 #include "base/utf8.h"
 #include "drivers/registry.h"
+#include "json/give.h"
 #include "station/run.h"
 #include "station/serve.h"
 
@@ -65,7 +66,7 @@ cJSON *bench_calibration_json(const struct bench *bench)
     struct calibration_state state = bench_calibration(bench);
     cJSON *steps = cJSON_CreateArray();
     for (size_t i = 0; i < CALIBRATION_STEPS; i++)
-        cJSON_AddItemToArray(steps, step_json(bench, &state, i));
+        json_give_item(steps, step_json(bench, &state, i));
     return steps;
 }
 
@@ -99,9 +100,9 @@ static void add_identity(cJSON *object, const struct bench *bench)
     cJSON_AddStringToObject(object, "geometry", driver_geometry_name(is->geometry));
     cJSON *speculars = cJSON_AddArrayToObject(object, "speculars");
     if (is->has_sce)
-        cJSON_AddItemToArray(speculars, cJSON_CreateString("sce"));
+        json_give_item(speculars, cJSON_CreateString("sce"));
     if (is->has_sci)
-        cJSON_AddItemToArray(speculars, cJSON_CreateString("sci"));
+        json_give_item(speculars, cJSON_CreateString("sci"));
     cJSON_AddBoolToObject(object, "has_button", is->has_button);
 }
 
@@ -114,11 +115,11 @@ static void add_setup(cJSON *object, const struct bench *bench)
         cJSON_AddNumberToObject(grid, "first_nm", is->grid[i].first_nm);
         cJSON_AddNumberToObject(grid, "step_nm", is->grid[i].step_nm);
         cJSON_AddNumberToObject(grid, "bands", (double)is->grid[i].n);
-        cJSON_AddItemToArray(grids, grid);
+        json_give_item(grids, grid);
     }
     cJSON_AddNumberToObject(object, "grid", (double)bench->setup.grid);
-    cJSON_AddItemToObject(object, "apertures_mm",
-                          cJSON_CreateDoubleArray(is->aperture_mm, (int)is->apertures));
+    json_give_member(object, "apertures_mm",
+                     cJSON_CreateDoubleArray(is->aperture_mm, (int)is->apertures));
     cJSON_AddNumberToObject(object, "aperture_mm", is->aperture_mm[bench->setup.aperture]);
 }
 
@@ -151,7 +152,7 @@ cJSON *bench_json(struct bench *bench)
     if (bench->known) {
         add_identity(object, bench);
         add_setup(object, bench);
-        cJSON_AddItemToObject(object, "calibration", bench_calibration_json(bench));
+        json_give_member(object, "calibration", bench_calibration_json(bench));
     }
     if (bench->open)
         add_status(object, bench);
@@ -163,7 +164,7 @@ cJSON *bench_list_json(struct station *station)
 {
     cJSON *list = cJSON_CreateArray();
     for (size_t i = 0; i < station->benches_n; i++)
-        cJSON_AddItemToArray(list, bench_json(station->benches[i]));
+        json_give_item(list, bench_json(station->benches[i]));
     return list;
 }
 
@@ -252,7 +253,7 @@ static void tell_due(struct bench *bench)
         bool due = state.due[i] != CALIBRATION_GOOD;
         if (due && !bench->was_due[i]) {
             cJSON *data = bench_named(bench);
-            cJSON_AddItemToObject(data, "calibration", step_json(bench, &state, i));
+            json_give_member(data, "calibration", step_json(bench, &state, i));
             station_tell(bench->station, EVENT_CALIBRATION, "due", data);
         }
         bench->was_due[i] = due;

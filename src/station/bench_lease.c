@@ -43,11 +43,11 @@ static void name_lease(struct bench *bench)
 
 static void granted(struct bench *bench, const struct ticket *ticket)
 {
-    cJSON *data = bench_named(bench);
     name_lease(bench);
+    station_answer(bench->station, ticket, lease_json(bench));
+    cJSON *data = bench_named(bench);
     cJSON_AddNumberToObject(data, "fence", (double)bench->lease.fence);
     cJSON_AddNumberToObject(data, "connection", (double)ticket->client);
-    station_answer(bench->station, ticket, lease_json(bench));
     station_tell(bench->station, EVENT_LEASE, "granted", data);
     set_timer(bench);
 }

@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include "base/log.h"
+#include "json/memory.h"
 #include "station/housekeeping.h"
 #include "station/listener.h"
 #include "station/settings.h"
@@ -147,6 +148,7 @@ int main(int argc, char **argv)
         log_set_level(LOG_DEBUG);
     if (settings.user != NULL && become(settings.user) != STATUS_OK)
         return EXIT_FAILURE;
+    json_memory_watch();
     sqlite3_config(SQLITE_CONFIG_MEMSTATUS, 0); /* its own count of memory costs a tenth */
     umask(0077);                                /* health data are for this account alone */
     running.station.settings = &settings;

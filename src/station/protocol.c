@@ -9,6 +9,7 @@
 
 #include "base/log.h"
 #include "base/utf8.h"
+#include "json/memory.h"
 #include "json/print.h"
 #include "station/protocol_schema.h"
 #include "station/strict_json.h"
@@ -440,6 +441,23 @@ void request_done(struct request *request)
 
 /* ---- what the station sends --------------------------------------------------------- */
 
+/* What was made up to now, before more is made: members may be missing. */
+static bool is_whole(void)
+{
+    bool whole = !json_memory_was_short();
+    json_memory_begin();
+    return whole;
+}
+
+/* The end of what could not be made; the next begins anew. */
+static enum status give_up(cJSON *line, cJSON *part)
+{
+    cJSON_Delete(part);
+    cJSON_Delete(line);
+    json_memory_begin();
+    return STATUS_NO_MEMORY;
+}
+
 /* {"jsonrpc":"2.0"}; NULL without memory. */
 static cJSON *new_line(void)
 {
@@ -491,24 +509,19 @@ static enum status finish(cJSON *tree, size_t limit, struct line *ret)
     return STATUS_OK;
 }
 
-static enum status reply(const struct request_id *id, cJSON *result, struct line *ret)
+enum status protocol_result(const struct request_id *id, cJSON *result, struct line *ret)
 {
-    cJSON *line = new_line();
+    cJSON *line = is_whole() ? new_line() : NULL;
     bool good = line != NULL && add(line, "id", id_json(id));
     if (result != NULL && holds_null(result)) {
         cJSON_Delete(result);
         cJSON_Delete(line);
         return STATUS_FORMAT;
     }
-    if (!good) {
-        cJSON_Delete(result);
-        cJSON_Delete(line);
-        return STATUS_NO_MEMORY;
-    }
-    if (!add(line, "result", result)) {
-        cJSON_Delete(line);
-        return STATUS_NO_MEMORY;
-    }
+    if (!good)
+        return give_up(line, result);
+    if (!add(line, "result", result))
+        return give_up(line, NULL);
     return finish(line, PROTOCOL_MAX_LINE - 1, ret);
 }
 
@@ -516,7 +529,7 @@ enum status protocol_reply(const struct protocol *protocol, const struct request
                            cJSON *result, struct line *ret)
 {
     struct refusal refusal;
-    enum status s = reply(id, result, ret);
+    enum status s = protocol_result(id, result, ret);
     if (s == STATUS_OK)
         return s;
     refusal_set(&refusal,
@@ -574,30 +587,28 @@ static cJSON *error_json(const struct reason_rules *rules, const struct refusal 
 enum status protocol_refuse(const struct protocol *protocol, const struct request_id *id,
                             const struct refusal *refusal, struct line *ret)
 {
+    json_memory_begin(); /* what was short before is what is told */
     cJSON *line = new_line();
     if (line != NULL && add(line, "id", id_json(id)) &&
         add(line, "error", error_json(&protocol->reasons[refusal->reason], refusal)))
         return finish(line, PROTOCOL_MAX_LINE - 1, ret);
-    cJSON_Delete(line);
-    return STATUS_NO_MEMORY;
+    return give_up(line, NULL);
 }
 
 /* {"jsonrpc":"2.0",["id":..,]"method":..,"params":..}; params is given away. */
 static enum status call(const struct request_id *id, const char *method, cJSON *params,
                         size_t limit, struct line *ret)
 {
-    cJSON *line = new_line();
+    cJSON *line = is_whole() ? new_line() : NULL;
     bool null = holds_null(params);
     if (line != NULL && (id == NULL || add(line, "id", id_json(id))) &&
         add(line, "method", cJSON_CreateString(method))) {
         if (add(line, "params", params) && !null)
             return finish(line, limit, ret);
-        cJSON_Delete(line);
-        return null ? STATUS_FORMAT : STATUS_NO_MEMORY;
+        enum status s = give_up(line, NULL);
+        return null ? STATUS_FORMAT : s;
     }
-    cJSON_Delete(params);
-    cJSON_Delete(line);
-    return STATUS_NO_MEMORY;
+    return give_up(line, params);
 }
 
 enum status protocol_notify(enum notification notification, cJSON *params, struct line *ret)
@@ -613,8 +624,7 @@ enum status protocol_event(const struct event *event, struct line *ret)
         add(params, "type", cJSON_CreateString(event->type)) &&
         add(params, "data", cJSON_CreateRaw(event->data)))
         return protocol_notify(NOTIFICATION_EVENT, params, ret);
-    cJSON_Delete(params);
-    return STATUS_NO_MEMORY;
+    return give_up(NULL, params);
 }
 
 /* An object of numbers, or NULL. */
@@ -645,8 +655,7 @@ enum status protocol_hello(const struct hello *hello, struct line *ret)
         add_text(params, "station_id", hello->station_id) &&
         add(params, "boot", cJSON_CreateString(hello->boot)))
         return protocol_notify(NOTIFICATION_HELLO, params, ret);
-    cJSON_Delete(params);
-    return STATUS_NO_MEMORY;
+    return give_up(NULL, params);
 }
 
 /* ---- for clients -------------------------------------------------------------------- */

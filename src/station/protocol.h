@@ -210,8 +210,13 @@ struct line {
     size_t n;
 };
 
-/* The reply to a request.  result is given away, NULL counts as no memory.  One that is too long,
- * or holds null or a number that is not finite, becomes the error it is.  STATUS_NO_MEMORY. */
+/* The reply to a request.  result is given away, NULL counts as no memory, and so does one that was
+ * made while json/memory.h noted that memory was short, which begins anew with this.  STATUS_RANGE
+ * where it is too long, STATUS_FORMAT where it holds null or a number that is not finite;
+ * STATUS_NO_MEMORY. */
+enum status protocol_result(const struct request_id *id, cJSON *result, struct line *ret);
+
+/* The same; what cannot be replied becomes the error it is.  STATUS_NO_MEMORY. */
 enum status protocol_reply(const struct protocol *protocol, const struct request_id *id,
                            cJSON *result, struct line *ret);
 enum status protocol_refuse(const struct protocol *protocol, const struct request_id *id,

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/log.h"
+#include "json/give.h"
 #include "station/params.h"
 #include "station/reading.h"
 #include "station/wire.h"
@@ -293,7 +294,7 @@ static void tell_shot(const struct run *run, unsigned flags)
     cJSON *list = cJSON_AddArrayToObject(data, "flags");
     for (size_t i = 0; i < QUALITY_FLAGS; i++)
         if (flags & 1u << i)
-            cJSON_AddItemToArray(list, cJSON_CreateString(quality_flag_name(i)));
+            json_give_item(list, cJSON_CreateString(quality_flag_name(i)));
     station_tell(run->bench->station, EVENT_MEASUREMENT, "shot", data);
 }
 

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "json/give.h"
 #include "station/bench.h"
 #include "station/params.h"
 #include "station/serve.h"
@@ -12,7 +13,7 @@ void serve_instrument_list(struct station *station, struct client *client, struc
 {
     struct ticket ticket = ticket_of(client, request);
     cJSON *result = cJSON_CreateObject();
-    cJSON_AddItemToObject(result, "instruments", bench_list_json(station));
+    json_give_member(result, "instruments", bench_list_json(station));
     station_answer(station, &ticket, result);
 }
 
@@ -148,16 +149,16 @@ static void answer_calibration(struct work *work)
     struct ticket ticket = work->ticket;
     enum driver_calibration step = work->step;
     const char *name = driver_calibration_name(step);
-    cJSON *result = cJSON_CreateObject(), *data = cJSON_CreateObject();
-    end_work(work);
+    end_work(work); /* first: what it tells is an object of its own */
+    cJSON *result = cJSON_CreateObject();
     cJSON_AddStringToObject(result, "calibration_id", bench->calibration_id[step]);
     cJSON_AddStringToObject(result, "step", name);
     cJSON_AddStringToObject(result, "taken_at", bench->calibrated_at[step]);
     if (bench->identity.white_tile[0] != '\0')
         cJSON_AddStringToObject(result, "tile", bench->identity.white_tile);
-    cJSON_AddItemToObject(result, "calibration", bench_calibration_json(bench));
+    json_give_member(result, "calibration", bench_calibration_json(bench));
     station_answer(bench->station, &ticket, result);
-    cJSON_AddStringToObject(data, "instrument", bench->name);
+    cJSON *data = bench_named(bench);
     cJSON_AddStringToObject(data, "step", name);
     cJSON_AddStringToObject(data, "calibration_id", bench->calibration_id[step]);
     station_tell(bench->station, EVENT_CALIBRATION, "done", data);

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "json/give.h"
 #include "station/export.h"
 #include "station/params.h"
 #include "station/reading.h"
@@ -75,7 +76,7 @@ static bool add_to_page(void *context, const struct store_record *record)
     page->s = wire_record(record, &made);
     if (page->s != STATUS_OK)
         return false;
-    cJSON_AddItemToArray(page->records, made);
+    json_give_item(page->records, made);
     page->bytes += most_bytes(record);
     page->next_seq = record->seq;
     page->n++;

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "base/log.h"
+#include "json/give.h"
 #include "station/bench.h"
 #include "station/params.h"
 #include "station/serve.h"
@@ -38,9 +39,9 @@ void serve_session_open(struct station *station, struct client *client, struct r
 void serve_session_close(struct station *station, struct client *client, struct request *request)
 {
     struct ticket ticket = ticket_of(client, request);
-    cJSON *result = cJSON_CreateObject();
     bench_leave_all(station, client);
     client->session = false;
+    cJSON *result = cJSON_CreateObject();
     cJSON_AddTrueToObject(result, "closed");
     station_answer(station, &ticket, result);
     client_leave(client);
@@ -72,7 +73,7 @@ static void send_lost(struct station *station, struct client *client, int64_t si
     cJSON *params = cJSON_CreateObject();
     cJSON_AddNumberToObject(params, "since_seq", (double)since_seq);
     cJSON_AddNumberToObject(params, "next_seq", (double)(station->events.last_seq + 1));
-    cJSON_AddItemToObject(params, "snapshot", status_json(station));
+    json_give_member(params, "snapshot", status_json(station));
     if (protocol_notify(NOTIFICATION_EVENTS_LOST, params, &line) != STATUS_OK) {
         client_leave(client);
         return;

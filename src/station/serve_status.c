@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/version.h"
+#include "json/give.h"
 #include "station/bench.h"
 #include "station/serve.h"
 
@@ -43,7 +44,7 @@ cJSON *status_json(struct station *station)
     add_store(station, status);
     cJSON_AddNumberToObject(status, "event_seq", (double)station->events.last_seq);
     cJSON_AddNumberToObject(status, "clients", (double)clients_count(station->clients).now);
-    cJSON_AddItemToObject(status, "instruments", bench_list_json(station));
+    json_give_member(status, "instruments", bench_list_json(station));
     return status;
 }
 
@@ -139,7 +140,7 @@ void serve_metrics_get(struct station *station, struct client *client, struct re
     add_requests(station, list);
     qsort(metrics.metric, metrics.n, sizeof *metrics.metric, compare_names);
     for (size_t i = 0; i < metrics.n; i++)
-        cJSON_AddItemToArray(array, metrics.metric[i].object);
+        json_give_item(array, metrics.metric[i].object);
     station_answer(station, &ticket, result);
 }
 

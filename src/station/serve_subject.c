@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "json/give.h"
 #include "station/params.h"
 #include "station/reading.h"
 #include "station/serve.h"
@@ -135,7 +136,7 @@ static bool add_subject(void *context, const struct store_subject *subject)
         subjects->more = true;
         return false;
     }
-    cJSON_AddItemToArray(subjects->list, subject_json(subject));
+    json_give_item(subjects->list, subject_json(subject));
     snprintf(subjects->next, sizeof subjects->next, "%s", subject->id);
     subjects->n++;
     return true;
@@ -178,7 +179,7 @@ void serve_subject_list(struct station *station, struct client *client, struct r
 static bool add_site(void *context, const char *site)
 {
     cJSON *sites = context;
-    cJSON_AddItemToArray(sites, cJSON_CreateString(site));
+    json_give_item(sites, cJSON_CreateString(site));
     return cJSON_GetArraySize(sites) < SITES_MAX;
 }
 

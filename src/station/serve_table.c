@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/number.h"
+#include "json/give.h"
 #include "match/grid.h"
 #include "station/params.h"
 #include "station/serve.h"
@@ -39,7 +40,7 @@ static cJSON *entry_json(const struct tables_entry *entry)
 
 static void add_entry(void *context, const struct tables_entry *entry)
 {
-    cJSON_AddItemToArray(context, entry_json(entry));
+    json_give_item(context, entry_json(entry));
 }
 
 void serve_table_list(struct station *station, struct client *client, struct request *request)
@@ -54,7 +55,8 @@ void serve_table_list(struct station *station, struct client *client, struct req
 
 struct wanted {
     const char *name; /* NULL: the default one */
-    cJSON *found;
+    bool is_there;
+    cJSON *found; /* NULL: no memory for it */
 };
 
 static void add_axis(cJSON *object, const char *name, const struct axis *axis)
@@ -79,8 +81,9 @@ static void pick_entry(void *context, const struct tables_entry *entry)
 {
     struct wanted *wanted = context;
     bool is_it = wanted->name != NULL ? strcmp(wanted->name, entry->name) == 0 : entry->is_default;
-    if (!is_it || wanted->found != NULL)
+    if (!is_it || wanted->is_there)
         return;
+    wanted->is_there = true;
     wanted->found = entry_json(entry);
     if (entry->info_known)
         add_details(wanted->found, &entry->info);
@@ -91,7 +94,7 @@ void serve_table_info(struct station *station, struct client *client, struct req
     struct ticket ticket = ticket_of(client, request);
     struct wanted wanted = { .name = params_text(request, "table") };
     tables_list(station->tables, pick_entry, &wanted);
-    if (wanted.found != NULL)
+    if (wanted.is_there)
         station_answer(station, &ticket, wanted.found);
     else if (wanted.name != NULL)
         station_refuse_for(station, &ticket, REASON_TABLE_UNKNOWN, NULL);

@@ -10,6 +10,7 @@
 
 #include "base/log.h"
 #include "base/version.h"
+#include "json/memory.h"
 #include "json/print.h"
 #include "station/bench.h"
 #include "station/params.h"
@@ -79,10 +80,20 @@ static void answer_or_drop(struct station *station, const struct ticket *ticket,
         client_leave(client);
 }
 
+/* A session, a lease or events that somebody has and was told not to have would be in the way of
+ * every retry: he is let go, and they with him. */
+static bool stays_untold(enum method method)
+{
+    return method == METHOD_SESSION_OPEN || method == METHOD_INSTRUMENT_ACQUIRE ||
+           method == METHOD_EVENTS_SUBSCRIBE;
+}
+
 void station_answer(struct station *station, const struct ticket *ticket, cJSON *result)
 {
     struct line line;
-    enum status s = protocol_reply(station->protocol, &ticket->id, result, &line);
+    enum status s = stays_untold(ticket->method)
+                        ? protocol_result(&ticket->id, result, &line)
+                        : protocol_reply(station->protocol, &ticket->id, result, &line);
     answer_or_drop(station, ticket, s, &line);
 }
 
@@ -161,6 +172,7 @@ void station_line(void *context, struct client *client, const char *line, size_t
     struct station *station = context;
     struct request request;
     struct refusal refusal;
+    json_memory_begin();
     bool good = protocol_read(station->protocol, line, n, &request, &refusal);
     struct ticket ticket = ticket_of(client, &request);
     enum reason reason = good ? why_not(station, client, &request) : REASONS;
@@ -213,7 +225,10 @@ static void send_event(struct station *station, const struct event *event)
 void station_tell(struct station *station, enum event_topic topic, const char *type, cJSON *data)
 {
     char *text;
-    enum status s = json_print(data, PROTOCOL_MAX_LINE / 2, &text, NULL);
+    enum status s = STATUS_NO_MEMORY;
+    if (!json_memory_was_short())
+        s = json_print(data, PROTOCOL_MAX_LINE / 2, &text, NULL);
+    json_memory_begin();
     cJSON_Delete(data);
     if (s == STATUS_OK) {
         s = events_add(&station->events, topic, type, text, NULL);

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "base/log.h"
+#include "json/memory.h"
 
 enum { BACKGROUND_NICE = 10 };
 
@@ -68,6 +69,7 @@ const char *worker_state_folder(const struct worker *worker)
 
 static void do_job(struct worker *worker, struct job *job)
 {
+    json_memory_begin();
     if (job->cancel != NULL && is_ending(worker))
         job->cancel(job);
     else
