@@ -222,7 +222,7 @@ $(BUILD)/simhost: $(call objects,$(mock_c) $(wildcard tests/sim/*.c)) $(lib_a)
 # What of a test's may be made to run out; see tests/station/scarce_tools.h.
 scarce := malloc calloc realloc strdup pthread_create \
           $(addprefix sd_event_add_,io time time_relative defer)
-$(addprefix $(BUILD)/tests/station/test_scarce,_answers _start): LINK := $(scarce:%=-Wl,--wrap=%)
+$(addprefix $(BUILD)/tests/station/test_,scarce_answers scarce_start rights): LINK := $(scarce:%=-Wl,--wrap=%)
 
 # A test may use everything but the main programs.
 not_main = $(filter-out %/main.o,$(1))

@@ -4,9 +4,12 @@
  *
  * Whoever answers: what is an answer, a result or an event is judged by the protocol's
  * description, so a member that is missing is seen. */
+#include <stdlib.h>
+
 #include "json/memory.h"
 #include "tests/station/scarce_tools.h"
 #include "tests/station/station_tools.h"
+#include "tests/support/no_memory.h"
 
 /* What has to be so before a request is tried. */
 enum need {
@@ -370,6 +373,25 @@ static bool try(const struct scene *scene, enum scarcity scarcity, long given)
     return scarce;
 }
 
+/* The same where SQLite alone is short: what cannot be read or kept is not, and says so. */
+static bool try_store(const struct scene *scene, long given)
+{
+    prepare(scene->need);
+    const char *params = filled(scene->params);
+    visitor_forget(&visitor);
+    visitor.answer[0] = '\0';
+    no_memory_after(given);
+    enum outcome outcome = visitor_ask(&visitor, scene->method, params);
+    bool scarce = no_memory_met();
+    no_memory_after(-1);
+    TEST_ASSERT_NOT_EQUAL_INT(
+        OUTCOME_CLOSED, strcmp(scene->method, "session.close") == 0 ? OUTCOME_RESULT : outcome);
+    check_outcome(scene, given, outcome, scarce);
+    note_lease(scene, outcome);
+    settle(scene, given);
+    return scarce;
+}
+
 /* ---- the tests ---------------------------------------------------------------------- */
 
 static void make_spectrum(void)
@@ -408,6 +430,20 @@ static void fails_in_turn(enum scarcity scarcity)
     }
 }
 
+/* Each of the first, then every second, every third, ... */
+static void test_store_from_each_on(void)
+{
+    long most = 0;
+    begin_with_records();
+    for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
+        long given = 0;
+        while (try_store(&scenes[i], given))
+            given += 1 + given / 40;
+        most = given > most ? given : most;
+    }
+    TEST_ASSERT_GREATER_THAN(200, most);
+}
+
 static void test_each_once(void)
 {
     fails_in_turn(SCARCE_ONE);
@@ -421,8 +457,11 @@ static void test_all_from_each_on(void)
 int main(void)
 {
     json_memory_watch();
+    if (!no_memory_install())
+        return EXIT_FAILURE;
     UNITY_BEGIN();
     RUN_TEST(test_each_once);
     RUN_TEST(test_all_from_each_on);
+    RUN_TEST(test_store_from_each_on);
     return UNITY_END();
 }

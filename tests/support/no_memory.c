@@ -2,11 +2,12 @@
 #include "tests/support/no_memory.h"
 
 #include <sqlite3.h>
+#include <stdatomic.h>
 #include <stddef.h>
 
 static sqlite3_mem_methods usual;
-static long left = -1;
-static bool failed;
+static atomic_long left = -1;
+static atomic_bool failed;
 
 static bool may_allocate(void)
 {
