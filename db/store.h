@@ -40,6 +40,15 @@ enum { STORE_MAX_REPLICATES = 32 };
 struct store_claim;
 enum status store_claim(const char *state_folder, struct store_claim **ret);
 void store_claim_release(struct store_claim *claim); /* takes NULL */
+const char *store_claim_folder(const struct store_claim *claim);
+
+/* n numbers for leases (fences) that never come again in this folder, whatever becomes of
+ * station.db: above all that were reserved in it before, and above `above`, which is the
+ * highest on record.  STATE/lock keeps the last of them, synced before *first, the lowest,
+ * is set.  STATUS_FULL, STATUS_READ_ONLY, STATUS_IO, and STATUS_RANGE
+ * beyond 2^53, logged: none is reserved. */
+enum status store_reserve_fences(struct store_claim *claim, int64_t above, int64_t n,
+                                 int64_t *first);
 
 /* ---- opening ------------------------------------------------------------------------ */
 
@@ -209,7 +218,7 @@ enum status store_try(struct store *store);
 /* station.db or its -wal is no longer the file it was opened as. */
 bool store_is_moved(const struct store *store);
 
-/* The highest fence of a stored measurement, 0 without: leases go on above it.  Inside a
+/* The highest fence of a stored measurement, 0 without; for store_reserve_fences().  Inside a
  * group as well. */
 enum status store_highest_fence(struct store *store, int64_t *ret);
 
@@ -278,6 +287,9 @@ struct store_query {
 typedef bool store_visit(void *context, const struct store_record *record);
 enum status store_list(struct store_reader *reader, const struct store_query *query,
                        store_visit *visit, void *context);
+
+/* As store_station_id(). */
+enum status store_read_station_id(struct store_reader *reader, char ret[STORE_UUID_SIZE]);
 
 /* The seq of the newest record, and the highest fence; 0 without. */
 enum status store_newest(struct store_reader *reader, int64_t *seq);

@@ -208,6 +208,7 @@ enum reader_query {
     QUERY_BY_ID,
     QUERY_BY_UUID,
     QUERY_RAW,
+    QUERY_STATION,
     QUERY_NEWEST,
     QUERY_HIGHEST_FENCE,
     QUERY_NEXT,

@@ -20,6 +20,7 @@ static const char *const query_sql[READER_QUERIES] = {
     [QUERY_BY_UUID] =
         STORE_RECORD_SELECT "WHERE m.seq = (SELECT measurement FROM client_uuid WHERE uuid = ?)",
     [QUERY_RAW] = "SELECT raw FROM measurement WHERE id = ?",
+    [QUERY_STATION] = "SELECT id FROM station",
     [QUERY_NEWEST] = "SELECT max(seq) FROM measurement",
     [QUERY_HIGHEST_FENCE] = STORE_HIGHEST_FENCE,
     [QUERY_NEXT] = STORE_RECORD_SELECT "WHERE " NEXT,
@@ -181,6 +182,16 @@ enum status store_get(struct store_reader *reader, const char *id, const char *u
     sqlite3_stmt *query = reader->query[id != NULL ? QUERY_BY_ID : QUERY_BY_UUID];
     store_text_bind(query, 1, id != NULL ? id : uuid);
     return store_reader_record(reader, query, ret);
+}
+
+enum status store_read_station_id(struct store_reader *reader, char ret[STORE_UUID_SIZE])
+{
+    sqlite3_stmt *query = reader->query[QUERY_STATION];
+    enum status s = store_reader_step(reader, query);
+    if (s == STATUS_OK)
+        store_text_read(query, 0, ret, STORE_UUID_SIZE);
+    sqlite3_reset(query);
+    return s == STATUS_NOT_FOUND ? STATUS_DAMAGED : s;
 }
 
 /* A number, 0 where it is NULL. */

@@ -43,6 +43,7 @@ static void name_lease(struct bench *bench)
 
 static void granted(struct bench *bench, const struct ticket *ticket)
 {
+    station_keep_fences(bench->station);
     name_lease(bench);
     station_answer(bench->station, ticket, lease_json(bench));
     cJSON *data = bench_named(bench);
@@ -121,7 +122,7 @@ static int on_timer(sd_event_source *source, uint64_t at_us, void *userdata)
 
 enum status bench_lease_init(struct bench *bench)
 {
-    lease_init(&bench->lease, &bench->station->store.fence);
+    lease_init(&bench->lease, &bench->station->fences.last);
     if (sd_event_add_time(bench->station->event, &bench->lease_timer, CLOCK_BOOTTIME, UINT64_MAX,
                           1000, on_timer, bench) < 0)
         return STATUS_NO_MEMORY;
@@ -217,7 +218,7 @@ void serve_instrument_acquire(struct station *station, struct client *client,
     struct bench *bench = bench_find(station, params_text(request, "instrument"));
     if (bench == NULL)
         station_refuse_for(station, &ticket, REASON_INSTRUMENT_UNKNOWN, NULL);
-    else if (!station->store.told) /* the fence goes on from the highest on record */
+    else if (!station->fences.known)
         station_park(station, client, request);
     else
         acquire(bench, client, request);

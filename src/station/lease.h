@@ -30,8 +30,8 @@ struct lease {
     size_t waiting;
 };
 
-/* counter: the caller's, for all its leases; it starts at the highest fence on record, so
- * that fences grow across restarts. */
+/* counter: the caller's, for all its leases; across restarts it is he who sees that none comes
+ * again. */
 void lease_init(struct lease *lease, int64_t *counter);
 
 enum lease_outcome {

@@ -42,7 +42,17 @@ struct store_standing {
     bool trying;                    /* the writer has been asked whether it can be written */
     char error[STATION_ERROR_SIZE]; /* for a person; "" where it is ok */
     char station_id[UUID_TEXT_SIZE];
-    int64_t last_seq, fence;
+    int64_t last_seq;
+};
+
+/* Numbers of leases, so that none comes again in a state folder, also after a restart: a
+ * supply of them is reserved at a time, on the writer's thread.  Where the folder cannot be
+ * written none is, nor is anything stored: they go on above those on record. */
+struct fences {
+    int64_t last;     /* the last one given, or not to be given: leases go on above it */
+    int64_t reserved; /* up to this one */
+    bool known;       /* last is: before, no lease is granted */
+    bool asked;       /* the writer has been, for more */
 };
 
 struct station_counters {
@@ -71,6 +81,7 @@ struct station {
     struct bench *benches[SETTINGS_MAX_INSTRUMENTS];
     size_t benches_n;
     struct store_standing store;
+    struct fences fences;
     struct parked *parked;
     sd_event_source *unpark;
     struct spare_record *spare_records; /* see station_record() */
@@ -124,6 +135,9 @@ void station_look_at_store(struct station *station);
 
 /* Where it cannot be written for a cause that may pass: see whether that has passed. */
 void station_try_store(struct station *station);
+
+/* See that there are enough of them, and that it becomes known where they go on. */
+void station_keep_fences(struct station *station);
 
 /* What WRITE_OPEN or WRITE_BEGIN_ANEW has told, whatever that is. */
 void station_take_opened(struct station *station, const struct write_job *write);

@@ -169,6 +169,49 @@ struct refusal station_store_refusal(const struct station *station, enum status 
     return refusal;
 }
 
+/* ---- fences ------------------------------------------------------------------------- */
+
+enum { FENCES_AT_A_TIME = 1 << 20 };
+
+static void go_on_above(struct station *station, int64_t fence)
+{
+    struct fences *fences = &station->fences;
+    fences->last = fence > fences->last ? fence : fences->last;
+    fences->known = true;
+    station_serve_parked(station);
+}
+
+static void fences_reserved(struct job *job)
+{
+    struct write_job *write = (struct write_job *)job;
+    struct station *station = write->context;
+    station->fences.asked = false;
+    go_on_above(station, write->fences.above);
+    if (write->status == STATUS_OK) { /* what was left of those before is dropped */
+        go_on_above(station, write->fences.first - 1);
+        station->fences.reserved = write->fences.first + write->fences.n - 1;
+    }
+    free(write);
+}
+
+void station_keep_fences(struct station *station)
+{
+    struct fences *fences = &station->fences;
+    bool enough = fences->reserved - fences->last > FENCES_AT_A_TIME / 2;
+    struct write_job *write = NULL;
+    if (!enough && !fences->asked && station->writer != NULL)
+        write = calloc(1, sizeof *write);
+    if (write == NULL)
+        return; /* without memory: the next lease asks again */
+    write->job.done = fences_reserved;
+    write->kind = WRITE_FENCES;
+    write->fences.n = FENCES_AT_A_TIME;
+    write->fences.above = fences->last;
+    write->context = station;
+    fences->asked = true;
+    writer_ask(station->writer, write);
+}
+
 /* ---- opening ------------------------------------------------------------------------ */
 
 /* Take the folder and start the writer, as far as that goes. */
@@ -192,12 +235,13 @@ enum status station_claim_store(struct station *station)
     return STATUS_OK;
 }
 
-/* The newest record, once there is a store to read. */
+/* What the store says of itself, once there is one to read. */
 struct newest {
     struct job job;
     struct station *station;
-    char station_id[STORE_UUID_SIZE]; /* of the store that was asked about */
-    int64_t seq;
+    char known_id[STORE_UUID_SIZE]; /* when it was asked; "" */
+    char station_id[STORE_UUID_SIZE];
+    int64_t seq, fence;
 };
 
 static void read_newest(struct job *job, void *thread)
@@ -205,28 +249,40 @@ static void read_newest(struct job *job, void *thread)
     struct newest *newest = (struct newest *)job;
     struct store_reader *reader;
     worker_forget_reader(thread); /* it may be another store than before */
-    if (worker_reader(thread, &reader) == STATUS_OK)
-        (void)store_newest(reader, &newest->seq);
+    if (worker_reader(thread, &reader) != STATUS_OK ||
+        store_read_station_id(reader, newest->station_id) != STATUS_OK)
+        return; /* nothing is known of it, and that is shown */
+    (void)store_newest(reader, &newest->seq);
+    (void)store_max_fence(reader, &newest->fence);
 }
 
 static void newest_read(struct job *job)
 {
     struct newest *newest = (struct newest *)job;
-    struct store_standing *store = &newest->station->store;
-    if (newest->seq > store->last_seq && strcmp(newest->station_id, store->station_id) == 0)
+    struct station *station = newest->station;
+    struct store_standing *store = &station->store;
+    bool is_same = strcmp(newest->known_id, store->station_id) == 0;
+    if (is_same && newest->seq > store->last_seq)
         store->last_seq = newest->seq;
+    if (is_same && *newest->known_id == '\0') /* the writer has not opened it, nor may ever */
+        memcpy(store->station_id, newest->station_id, sizeof store->station_id);
+    if (station->writer == NULL)
+        go_on_above(station, newest->fence);
     free(newest);
 }
 
 static void ask_for_newest(struct station *station, struct worker *worker)
 {
     struct newest *newest = calloc(1, sizeof *newest);
-    if (newest == NULL)
-        return; /* the next record tells */
+    if (newest == NULL) { /* the next record tells */
+        if (station->writer == NULL)
+            go_on_above(station, 0);
+        return;
+    }
     newest->job.run = read_newest;
     newest->job.done = newest_read;
     newest->station = station;
-    memcpy(newest->station_id, station->store.station_id, sizeof newest->station_id);
+    memcpy(newest->known_id, station->store.station_id, sizeof newest->known_id);
     worker_ask(worker, &newest->job);
 }
 
@@ -259,13 +315,15 @@ void station_take_opened(struct station *station, const struct write_job *write)
     store->open = is_open || (store->open && !asked_anew);
     if (is_open) {
         snprintf(store->station_id, sizeof store->station_id, "%s", write->opened.station_id);
-        store->fence = write->opened.fence > store->fence ? write->opened.fence : store->fence;
     }
     show_state(station);
     if (is_new && asked_anew && !is_sound)
         forget_store(station);
     if (is_new || !store->told) /* what is damaged can be read as well */
         read_store(station);
+    if (is_new) /* it may have records with fences that were not reserved here */
+        station->fences.reserved = 0;
+    station_keep_fences(station);
 }
 
 static void opened(struct job *job)
@@ -303,6 +361,7 @@ void station_look_at_store(struct station *station)
     if (ask_to_open(station))
         return;
     station->store.told = true;
+    read_store(station); /* for that no writer is needed */
     station->store_opened(station, false);
 }
 

@@ -50,7 +50,7 @@ static enum status tell_opened(struct writer *writer, struct write_job *job)
         return s;
     snprintf(job->opened.station_id, sizeof job->opened.station_id, "%s",
              store_station_id(writer->store));
-    return store_highest_fence(writer->store, &job->opened.fence);
+    return STATUS_OK;
 }
 
 /* One just opened has been written to, or need not be yet. */
@@ -82,6 +82,32 @@ static enum status begin_anew(struct writer *writer, struct write_job *job)
     return tell_opened(writer, job);
 }
 
+/* ---- fences ------------------------------------------------------------------------- */
+
+/* The highest on record that can be read, be it in a damaged file that was moved aside; 0
+ * where nothing can. */
+static int64_t highest_fence(struct writer *writer)
+{
+    int64_t highest = 0;
+    struct store_reader *reader = NULL;
+    if (writer->store != NULL)
+        return store_highest_fence(writer->store, &highest) == STATUS_OK ? highest : 0;
+    if (store_reader_open(store_claim_folder(writer->claim), &reader) == STATUS_OK &&
+        store_max_fence(reader, &highest) != STATUS_OK)
+        highest = 0;
+    store_reader_close(reader);
+    return highest;
+}
+
+static enum status reserve_fences(struct writer *writer, struct write_job *job)
+{
+    int64_t highest = highest_fence(writer);
+    if (highest > job->fences.above)
+        job->fences.above = highest;
+    return store_reserve_fences(writer->claim, job->fences.above, job->fences.n,
+                                &job->fences.first);
+}
+
 /* ---- jobs --------------------------------------------------------------------------- */
 
 static bool stands_alone(enum write_kind kind)
@@ -109,6 +135,8 @@ static enum status run_alone(struct writer *writer, struct write_job *job)
         return begin_anew(writer, job);
     if (job->kind == WRITE_OPEN)
         return open_or_try(writer, job);
+    if (job->kind == WRITE_FENCES)
+        return reserve_fences(writer, job);
     enum status s = open_store(writer);
     if (s != STATUS_OK)
         return s;
@@ -187,7 +215,7 @@ static int64_t now_us(void)
 static bool is_upkeep(enum write_kind kind)
 {
     return kind == WRITE_OPEN || kind == WRITE_FINISH_ERASING || kind == WRITE_PRUNE ||
-           kind == WRITE_RESTART_WAL;
+           kind == WRITE_RESTART_WAL || kind == WRITE_FENCES;
 }
 
 static void count(struct writer *writer, const struct job_list *group, int64_t took_us)

@@ -26,6 +26,7 @@ enum write_kind {
     WRITE_PRUNE,
     WRITE_RESTART_WAL,
     WRITE_BEGIN_ANEW, /* after damage; `opened` out, also of one found sound: STATUS_NOT_FOUND */
+    WRITE_FENCES,     /* reserve some: `fences` in and out */
 };
 
 struct write_job {
@@ -41,8 +42,11 @@ struct write_job {
         } audit;
         struct {
             char station_id[STORE_UUID_SIZE];
-            int64_t fence; /* the highest on record */
         } opened;
+        struct {
+            int64_t n, above; /* above: also out, raised to the highest on record */
+            int64_t first;    /* out, with STATUS_OK */
+        } fences;
         bool cut; /* RESTART_WAL: to nothing */
     };
     char who[STORE_TEXT_SIZE]; /* for the audit row */

@@ -175,6 +175,60 @@ static void test_no_locks_to_be_had(void)
     TEST_ASSERT_NULL(claim);
 }
 
+/* ---- fences ------------------------------------------------------------------------- */
+
+static void claim_again(void)
+{
+    store_claim_release(claim);
+    claim = NULL;
+    TRY(store_claim(folder, &claim));
+}
+
+/* Whatever becomes of station.db, of the claim, and with what the caller knows. */
+static void test_fences_never_come_again(void)
+{
+    int64_t first = 0;
+    TRY(store_claim(folder, &claim));
+    TRY(store_reserve_fences(claim, 0, 10, &first));
+    TEST_ASSERT_EQUAL_INT64(1, first);
+    claim_again();
+    TRY(store_reserve_fences(claim, 0, 5, &first));
+    TEST_ASSERT_EQUAL_INT64(11, first);
+    TRY(store_reserve_fences(claim, 1000, 1, &first));
+    TEST_ASSERT_EQUAL_INT64(1001, first);
+    claim_again();
+    TRY(store_reserve_fences(claim, 7, 1, &first));
+    TEST_ASSERT_EQUAL_INT64(1002, first);
+    TEST_ASSERT_EQUAL_INT(0, heard_count());
+}
+
+/* The last that a double can tell from the next: 2^53 - 1. */
+static void test_fences_run_out(void)
+{
+    const int64_t most = INT64_C(9007199254740991);
+    int64_t first = 0;
+    TRY(store_claim(folder, &claim));
+    TRY(store_reserve_fences(claim, most - 1, 1, &first));
+    TEST_ASSERT_EQUAL_INT64(most, first);
+    TEST_ASSERT_EQUAL_INT(STATUS_RANGE, store_reserve_fences(claim, 0, 1, &first));
+    TEST_ASSERT_EQUAL_INT64(most, first);
+}
+
+/* What somebody else wrote there is no number. */
+static void test_a_lock_that_holds_something_else(void)
+{
+    static const char *const texts[] = { "12\n", "000000000000000000x\n", "0000000000000000001" };
+    char lock[FOLDER_PATH_SIZE];
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        int64_t first = 0;
+        TEST_ASSERT_TRUE(file_write(folder_path(folder, "lock", lock), texts[i], strlen(texts[i])));
+        claim_again();
+        TRY(store_reserve_fences(claim, 41, 1, &first));
+        TEST_ASSERT_EQUAL_INT64_MESSAGE(42, first, texts[i]);
+        TEST_ASSERT_TRUE_MESSAGE(heard_contains("those on record"), texts[i]);
+    }
+}
+
 /* ---- within one process -------------------------------------------------------------------- */
 
 /* Does this process hold a POSIX lock on the file?  Another one is asked to look. */
@@ -296,6 +350,9 @@ int main(void)
     RUN_TEST(test_begin_anew_under_the_claim);
     RUN_TEST(test_folders_that_will_not_do);
     RUN_TEST(test_no_locks_to_be_had);
+    RUN_TEST(test_fences_never_come_again);
+    RUN_TEST(test_fences_run_out);
+    RUN_TEST(test_a_lock_that_holds_something_else);
     RUN_TEST(test_locks_stay);
     RUN_TEST(test_locks_of_a_reader_stay);
     return UNITY_END();

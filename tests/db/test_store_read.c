@@ -185,6 +185,13 @@ static void test_subjects_page_by_page(void)
     TEST_ASSERT_EQUAL_INT(0, heard_count());
 }
 
+static void test_station_id(void)
+{
+    char id[STORE_UUID_SIZE] = "";
+    TRY(store_read_station_id(reader, id));
+    TEST_ASSERT_EQUAL_STRING(store_station_id(store), id);
+}
+
 static void test_newest_and_fence(void)
 {
     int64_t seq = 77, fence = 77;
@@ -506,6 +513,7 @@ int main(void)
     RUN_TEST(test_nothing_is_held_in_the_callback);
     RUN_TEST(test_sites_and_subjects_each_once);
     RUN_TEST(test_subjects_page_by_page);
+    RUN_TEST(test_station_id);
     RUN_TEST(test_newest_and_fence);
     RUN_TEST(test_raw_integers);
     RUN_TEST(test_found_by_an_index);

@@ -185,6 +185,74 @@ class Damage(Base):
         self.assertEqual(c.call("record.get", id=record["id"]), record)
 
 
+class Fences(Base):
+    """docs: the number of a lease never comes again in a state folder, stored or not."""
+
+    def takes(self, c):
+        """The fence of a lease under which nothing is stored."""
+        self.daemon.wait_for_instrument()
+        taken = c.acquire()
+        c.call("instrument.release", lease=taken["lease"])
+        return taken["fence"]
+
+    def test_after_a_kill(self):
+        fences = [self.takes(self.start())]
+        for _ in range(2):
+            self.daemon.kill()
+            self.daemon.start()
+            fences.append(self.takes(self.client()))
+        self.assertEqual(sorted(set(fences)), fences)
+
+    def test_after_a_new_beginning(self):
+        c = self.start()
+        before = self.takes(c)
+        self.daemon.stop()
+        with open(self.file, "r+b") as file:
+            file.seek(PAGE)
+            file.write(b"\xa5" * 2 * PAGE)
+        self.daemon.start()
+        c = self.client()
+        damaged = self.takes(c)
+        self.assertEqual(c.call("status.get")["store"], "damaged")
+        c.call("store.begin_anew")
+        anew = self.takes(c)
+        self.daemon.restart()
+        after = self.takes(self.client())
+        self.assertEqual(sorted({before, damaged, anew, after}), [before, damaged, anew, after])
+
+    def test_above_the_records_of_an_older_program(self):
+        """Which kept no number of its own."""
+        c = self.start()
+        record = self.measured(c)
+        self.daemon.stop()
+        os.truncate(os.path.join(self.daemon.state, "lock"), 0)
+        self.daemon.start()
+        self.assertGreater(self.takes(self.client()), record["fence"])
+
+    @ROOT_ONLY
+    def test_a_folder_that_cannot_be_written(self):
+        """Nothing is stored; what is there is shown, and leases go on above it."""
+        c = self.start()
+        record, hello = self.measured(c), c.hello
+        self.daemon.stop()
+        with Child(lambda say: say(os.access(SKINSPECD, os.X_OK)), (NOBODY, [NOBODY])) as child:
+            if not child.heard():
+                self.skipTest("another account may not run the program where it is")
+        state = os.path.join(self.folder, "state")
+        os.mkdir(state)
+        shutil.copy(self.file, state)
+        os.chmod(os.path.join(state, "station.db"), 0o444)
+        os.chmod(state, 0o555)
+        os.chmod(self.folder, 0o777)
+        more = {"user": NOBODY, "group": NOBODY, "extra_groups": []}
+        c = self.start(state=state, socket=os.path.join(self.folder, "s"), **more)
+        wait_for("it is read", lambda: c.call("status.get")["last_seq"] == record["seq"])
+        status = c.call("status.get")
+        self.assertEqual(status["store"], "read_only")
+        self.assertEqual(status["station_id"], hello["station_id"])
+        self.assertGreater(self.takes(c), record["fence"])
+
+
 class Upkeep(Base):
     def test_after_the_start(self):
         """Old uuids go soon, not a day later; what the station does by itself is no job."""

@@ -121,21 +121,38 @@ static void test_retry_is_known(void)
 
 /* ---- the other kinds ---------------------------------------------------------------- */
 
-static void test_opening_tells_id_and_fence(void)
+static void test_opening_tells_the_id(void)
 {
-    struct write_job before = { .job.done = count, .kind = WRITE_OPEN };
-    struct write_job record = record_job();
-    struct write_job after = { .job.done = count, .kind = WRITE_OPEN };
-    record.record->fence = 41;
+    struct write_job before = { .job.done = count, .kind = WRITE_OPEN }, after = before;
     writer_ask(writer, &before);
-    writer_ask(writer, &record);
     writer_ask(writer, &after);
-    drain_until(3);
+    drain_until(2);
     TEST_ASSERT_TRUE(before.status == STATUS_OK && after.status == STATUS_OK);
     TEST_ASSERT_EQUAL_size_t(36, strlen(before.opened.station_id));
     TEST_ASSERT_EQUAL_STRING(before.opened.station_id, after.opened.station_id);
-    TEST_ASSERT_EQUAL_INT64(0, before.opened.fence);
-    TEST_ASSERT_EQUAL_INT64(41, after.opened.fence);
+}
+
+/* Above what was reserved, what is on record, and what the caller has given out. */
+static void test_fences_are_reserved(void)
+{
+    struct write_job none = { .job.done = count, .kind = WRITE_FENCES, .fences.n = 10 };
+    struct write_job record = record_job(), above_record = none, above_all = none, upkeep = none;
+    struct writer_counts counts;
+    record.record->fence = 41;
+    above_all.fences.above = 99;
+    writer_ask(writer, &none);
+    writer_ask(writer, &record);
+    writer_ask(writer, &above_record);
+    writer_ask(writer, &above_all);
+    writer_ask(writer, &upkeep);
+    drain_until(5);
+    TEST_ASSERT_EQUAL_INT64(1, none.fences.first);
+    TEST_ASSERT_EQUAL_INT64(42, above_record.fences.first);
+    TEST_ASSERT_EQUAL_INT64(41, above_record.fences.above);
+    TEST_ASSERT_EQUAL_INT64(100, above_all.fences.first);
+    TEST_ASSERT_EQUAL_INT64(110, upkeep.fences.first);
+    counts = writer_count(writer);
+    TEST_ASSERT_EQUAL_UINT64(1, counts.jobs);
     free(record.record);
 }
 
@@ -289,7 +306,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_each_job_on_its_own);
     RUN_TEST(test_retry_is_known);
-    RUN_TEST(test_opening_tells_id_and_fence);
+    RUN_TEST(test_opening_tells_the_id);
+    RUN_TEST(test_fences_are_reserved);
     RUN_TEST(test_subjects_calibrations_and_audit);
     RUN_TEST(test_upkeep_does_not_count);
     RUN_TEST(test_damaged_until_begun_anew);
