@@ -1,4 +1,5 @@
-/* bench_lease.c - instrument.acquire, renew, release: who holds a bench, and who is next. */
+/* bench_lease.c - instrument.acquire, withdraw, renew, release: who holds a bench, and who is next.
+ */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -222,6 +223,37 @@ void serve_instrument_acquire(struct station *station, struct client *client,
         station_park(station, client, request);
     else
         acquire(bench, client, request);
+}
+
+/* Only who waits is in the queue: an acquire is answered, or stands there once. */
+static bool withdraw(struct bench *bench, const struct client *client)
+{
+    size_t waiting = bench->lease.waiting, place = lease_place(&bench->lease, client->number);
+    if (place == 0)
+        return false;
+    (void)lease_leave(&bench->lease, client->number);
+    struct ticket waiter = take_waiting(bench, place, waiting);
+    station_refuse_for(bench->station, &waiter, REASON_LEASE_WITHDRAWN, NULL);
+    tell_places(bench);
+    return true;
+}
+
+void serve_instrument_withdraw(struct station *station, struct client *client,
+                               struct request *request)
+{
+    struct ticket ticket = ticket_of(client, request);
+    struct bench *bench = bench_find(station, params_text(request, "instrument"));
+    if (bench == NULL) {
+        station_refuse_for(station, &ticket, REASON_INSTRUMENT_UNKNOWN, NULL);
+    } else if (!station->fences.known) { /* behind the acquire, which waits for that */
+        station_park(station, client, request);
+    } else if (!withdraw(bench, client)) {
+        station_refuse_for(station, &ticket, REASON_LEASE_NOT_AWAITED, NULL);
+    } else {
+        cJSON *result = cJSON_CreateObject();
+        cJSON_AddTrueToObject(result, "withdrawn");
+        station_answer(station, &ticket, result);
+    }
 }
 
 void serve_instrument_renew(struct station *station, struct client *client, struct request *request)

@@ -31,6 +31,7 @@ enum {
     X(SESSION_CLOSE, "session.close") \
     X(INSTRUMENT_LIST, "instrument.list") \
     X(INSTRUMENT_ACQUIRE, "instrument.acquire") \
+    X(INSTRUMENT_WITHDRAW, "instrument.withdraw") \
     X(INSTRUMENT_RENEW, "instrument.renew") \
     X(INSTRUMENT_RELEASE, "instrument.release") \
     X(INSTRUMENT_CONFIGURE, "instrument.configure") \
@@ -87,6 +88,8 @@ enum {
     X(INSTRUMENT_UNSUPPORTED, "instrument_unsupported") \
     X(INSTRUMENT_NO_PERMISSION, "instrument_no_permission") \
     X(LEASE_EXISTS, "lease_exists") \
+    X(LEASE_WITHDRAWN, "lease_withdrawn") \
+    X(LEASE_NOT_AWAITED, "lease_not_awaited") \
     X(LEASE_UNKNOWN, "lease_unknown") \
     X(LEASE_EXPIRED, "lease_expired") \
     X(CALIBRATION_DUE, "calibration_due") \

@@ -11,7 +11,8 @@ typedef void serve(struct station *station, struct client *client, struct reques
 serve serve_session_open, serve_session_close; /* serve_session.c */
 serve serve_events_subscribe;
 serve serve_instrument_list, serve_instrument_configure, serve_instrument_calibrate;
-serve serve_instrument_acquire, serve_instrument_renew, serve_instrument_release;
+serve serve_instrument_acquire, serve_instrument_withdraw;
+serve serve_instrument_renew, serve_instrument_release;
 serve serve_measure_start, serve_measure_next, serve_measure_cancel; /* serve_measure.c */
 serve serve_match_spectrum;                                          /* serve_match.c */
 serve serve_record_get, serve_record_list, serve_record_export, serve_record_recompute;

@@ -128,6 +128,7 @@ static serve *const serves[METHODS] = {
     [METHOD_SESSION_CLOSE] = serve_session_close,
     [METHOD_INSTRUMENT_LIST] = serve_instrument_list,
     [METHOD_INSTRUMENT_ACQUIRE] = serve_instrument_acquire,
+    [METHOD_INSTRUMENT_WITHDRAW] = serve_instrument_withdraw,
     [METHOD_INSTRUMENT_RENEW] = serve_instrument_renew,
     [METHOD_INSTRUMENT_RELEASE] = serve_instrument_release,
     [METHOD_INSTRUMENT_CONFIGURE] = serve_instrument_configure,

@@ -327,6 +327,31 @@ class Holders(Case):
         holder.call("instrument.release", lease=lease)
         self.assertTrue(second.wait(asked[1])["lease"])
 
+    def test_one_that_waits_withdraws(self):
+        """It stays, those behind it move up, and the lease passes it by."""
+        holder, lease = self.ready()
+        first, second = self.client(), self.client()
+        name, asked = self.instrument(), []
+        for place, c in enumerate((first, second), 1):
+            c.call("events.subscribe", topics=["lease"])
+            asked.append(c.send("instrument.acquire", instrument=name, ttl_ms=60000, wait=True))
+            self.assertEqual(self.place(c), place)
+        gone = first.send("instrument.withdraw", instrument=name)
+        with self.refused("lease_withdrawn"):
+            first.wait(asked[0])
+        self.assertEqual(first.wait(gone), {"withdrawn": True})
+        self.assertEqual(self.place(second), 1)
+        for c in (first, holder, self.client()):
+            with self.refused("lease_not_awaited"):
+                c.call("instrument.withdraw", instrument=name)
+        with self.refused("instrument_unknown"):
+            second.call("instrument.withdraw", instrument="none")
+        again = first.send("instrument.acquire", instrument=name, ttl_ms=60000, wait=True)
+        holder.call("instrument.release", lease=lease)
+        taken = second.wait(asked[1])["lease"]
+        second.call("instrument.release", lease=taken)
+        self.assertNotEqual(first.wait(again)["lease"], taken)
+
     def test_lease_expires_during_a_shot(self):
         """docs: the late result is kept and flagged, but not the answer; a retry gets it."""
         c, lease = self.ready()

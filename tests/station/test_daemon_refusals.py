@@ -260,6 +260,7 @@ class Requests(Case):
         uuid, lease = new_uuid(), {"lease": "abc"}
         return {
             "instrument.acquire": {"instrument": "simulated", "ttl_ms": 1000, "wait": False},
+            "instrument.withdraw": {"instrument": "simulated"},
             "instrument.renew": {**lease, "ttl_ms": 1000},
             "instrument.release": lease,
             "instrument.configure": {**lease, "grid": 0},
