@@ -87,11 +87,19 @@ static void tell_freed(struct bench *bench, int64_t fence, const char *cause)
     bench->lease_name[0] = '\0';
 }
 
+static size_t place_of(const struct bench *bench)
+{
+    size_t i = 0;
+    while (bench->station->benches[i] != bench)
+        i++;
+    return i;
+}
+
 static void note_expired(struct bench *bench, uint64_t holder, int64_t fence)
 {
     struct client *client = clients_find(bench->station->clients, holder);
     if (client != NULL)
-        snprintf(client->lost_lease, sizeof client->lost_lease, "%s", bench->lease_name);
+        memcpy(client->lost_lease[place_of(bench)], bench->lease_name, sizeof bench->lease_name);
     tell_freed(bench, fence, "expired");
     run_end(bench, fence, RUN_EXPIRED);
 }
@@ -166,6 +174,14 @@ void bench_send_queue_away(struct bench *bench)
 
 /* ---- asked -------------------------------------------------------------------------- */
 
+static bool has_lost(const struct station *station, const struct client *client, const char *lease)
+{
+    for (size_t i = 0; i < station->benches_n; i++)
+        if (*lease != '\0' && strcmp(client->lost_lease[i], lease) == 0)
+            return true;
+    return false;
+}
+
 struct bench *bench_of_lease(struct station *station, struct client *client,
                              const struct request *request, struct refusal *refusal)
 {
@@ -181,8 +197,9 @@ struct bench *bench_of_lease(struct station *station, struct client *client,
             return bench;
         }
     }
-    bool was_held = client->lost_lease[0] != '\0' && strcmp(client->lost_lease, name) == 0;
-    refusal_set(refusal, was_held ? REASON_LEASE_EXPIRED : REASON_LEASE_UNKNOWN, NULL);
+    refusal_set(refusal,
+                has_lost(station, client, name) ? REASON_LEASE_EXPIRED : REASON_LEASE_UNKNOWN,
+                NULL);
     return NULL;
 }
 

@@ -15,6 +15,7 @@
 #include "station/connection.h"
 #include "station/protocol.h"
 #include "station/rights.h"
+#include "station/settings.h"
 
 enum {
     CLIENTS_LINES_AT_ONCE = 8, /* of one client before the others have their turn */
@@ -42,8 +43,9 @@ struct client {
     bool session;
     char name[CLIENTS_NAME_SIZE], operator_name[CLIENTS_OPERATOR_SIZE];
     size_t open_requests;
-    unsigned topics;                     /* that it hears of: 1 << enum event_topic */
-    char lost_lease[CLIENTS_LEASE_SIZE]; /* the last one that expired on it; "" */
+    unsigned topics; /* that it hears of: 1 << enum event_topic */
+    /* Of each instrument, by its place: the last one that expired on it; "". */
+    char lost_lease[SETTINGS_MAX_INSTRUMENTS][CLIENTS_LEASE_SIZE];
 };
 
 struct clients_settings {

@@ -62,6 +62,25 @@ class Holders(Case):
         self.stored(c, wanted, asked)
 
 
+class Several(Case):
+    instruments = ("simulated", "simulated", "simulated")
+
+    def test_leases_that_expired_on_one_client(self):
+        """Each is known as expired, not the last one alone."""
+        c = self.client()
+        names = [x["instrument"] for x in c.call("instrument.list")["instruments"]]
+        self.assertEqual(len(set(names)), 3)
+        c.call("events.subscribe", topics=["lease"])
+        leases = [c.acquire(name, ttl_ms=1000)["lease"] for name in names]
+        for name in names:
+            c.event("lease", "freed", instrument=name, cause="expired")
+        for lease in leases:
+            with self.subTest(lease=lease), self.refused("lease_expired"):
+                c.call("instrument.renew", lease=lease, ttl_ms=1000)
+        with self.refused("lease_unknown"):
+            self.client().call("instrument.renew", lease=leases[0], ttl_ms=1000)
+
+
 class Stopping(Case):
     """SIGTERM: within 2 s, and everybody is answered.  expect: the limit of docs/architecture.md"""
 
