@@ -106,6 +106,7 @@ enum found { FOUND_NOTHING, FOUND_RECORD, FOUND_REASON };
 
 struct lookup {
     struct request request; /* ours now */
+    struct uuid_watch watch;
     char sha256[65];
     enum found found;
     struct refusal refusal;
@@ -193,6 +194,11 @@ static void looked_up(struct job *job)
     struct lookup *lookup = reading->own;
     struct station *station = reading->station;
     struct client *client = clients_find(station->clients, reading->ticket.client);
+    if (lookup->found == FOUND_NOTHING && lookup->watch.stored) { /* since it was looked for */
+        lookup->watch.stored = false;
+        reading_ask(reading, station->reader);
+        return;
+    }
     if (lookup->found == FOUND_RECORD)
         station_answer_line(station, &reading->ticket, &reading->line);
     else if (lookup->found == FOUND_REASON)
@@ -206,7 +212,9 @@ static void looked_up(struct job *job)
 
 static void free_lookup(struct reading *reading)
 {
-    request_done(&((struct lookup *)reading->own)->request);
+    struct lookup *lookup = reading->own;
+    station_unwatch_uuid(reading->station, &lookup->watch);
+    request_done(&lookup->request);
 }
 
 void serve_measure_start(struct station *station, struct client *client, struct request *request)
@@ -227,6 +235,8 @@ void serve_measure_start(struct station *station, struct client *client, struct 
     }
     lookup->request = *request;
     request->tree = NULL;
+    params_copy(&lookup->request, "uuid", lookup->watch.uuid, sizeof lookup->watch.uuid);
+    station_watch_uuid(station, &lookup->watch);
     reading->free = free_lookup;
     reading->job.run = look_up_on_worker;
     reading->job.done = looked_up;

@@ -59,6 +59,14 @@ struct station_counters {
     uint64_t requests[METHODS], refused, events, records;
 };
 
+/* A uuid that is being looked up in the store: what is stored under it meanwhile the one
+ * who looks may have missed. */
+struct uuid_watch {
+    struct uuid_watch *next;
+    char uuid[STORE_UUID_SIZE];
+    bool stored;
+};
+
 struct parked; /* a request that waits for a table, the store's opening, or a run's end */
 struct spare_record;
 struct housekeeping;
@@ -82,6 +90,7 @@ struct station {
     size_t benches_n;
     struct store_standing store;
     struct fences fences;
+    struct uuid_watch *watched;
     struct parked *parked;
     sd_event_source *unpark;
     struct spare_record *spare_records; /* see station_record() */
@@ -157,6 +166,10 @@ struct store_record *station_record(struct station *station);
 void station_record_back(struct station *station, struct store_record *record);
 
 void station_free_records(struct station *station);
+
+/* From before the question until its answer was looked at. */
+void station_watch_uuid(struct station *station, struct uuid_watch *watch);
+void station_unwatch_uuid(struct station *station, const struct uuid_watch *watch);
 
 /* After a commit. */
 void station_tell_record(struct station *station, const struct store_record *record);

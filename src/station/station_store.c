@@ -428,6 +428,28 @@ void station_free_records(struct station *station)
     }
 }
 
+void station_watch_uuid(struct station *station, struct uuid_watch *watch)
+{
+    watch->stored = false;
+    watch->next = station->watched;
+    station->watched = watch;
+}
+
+void station_unwatch_uuid(struct station *station, const struct uuid_watch *watch)
+{
+    struct uuid_watch **at = &station->watched;
+    while (*at != NULL && *at != watch)
+        at = &(*at)->next;
+    if (*at != NULL)
+        *at = watch->next;
+}
+
+static void note_stored(struct station *station, const char *uuid)
+{
+    for (struct uuid_watch *watch = station->watched; watch != NULL; watch = watch->next)
+        watch->stored = watch->stored || strcmp(watch->uuid, uuid) == 0;
+}
+
 void station_tell_record(struct station *station, const struct store_record *record)
 {
     cJSON *data = cJSON_CreateObject();
@@ -435,6 +457,7 @@ void station_tell_record(struct station *station, const struct store_record *rec
         housekeeping_look_at_wal(station->housekeeping);
     if (record->seq > station->store.last_seq)
         station->store.last_seq = record->seq;
+    note_stored(station, record->uuid);
     cJSON_AddStringToObject(data, "id", record->id);
     cJSON_AddNumberToObject(data, "seq", (double)record->seq);
     station_tell(station, EVENT_STORE, "record", data);

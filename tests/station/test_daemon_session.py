@@ -9,7 +9,7 @@ import contextlib
 import math
 import os
 
-from client import Silent
+from client import Refused, Silent
 from daemon import Case, main, new_uuid
 from support import TWO_LAYER, Table, lab, linear_srgb, srgb_code
 
@@ -158,6 +158,27 @@ class Measuring(Case):
         self.assertNotIn("corrects", c.call("record.get", id=wrong["id"]))
         with self.refused("record_unknown"):
             c.measure(lease, corrects=new_uuid())
+
+
+class Retries(Case):
+    ROUNDS = 60  # in one of five a retry is looked up while the first is being stored
+
+    def test_many_at_once(self):
+        """docs: the same parameters give the same record, or wait for the one that runs (a few
+        of them may).  What else they name is looked up as well, which takes its time."""
+        c, lease = self.ready()
+        wanted = {"specular": "sce", "replicates": 1, "pace": "auto"}
+        wanted["corrects"] = c.measure(lease, replicates=32)["id"]
+        wanted["subject"] = c.call("subject.add", label="x")["id"]
+        for _ in range(self.ROUNDS):
+            wanted["uuid"] = new_uuid()
+            told = set()
+            for asked in [c.send("measure.start", lease=lease, **wanted) for _ in range(60)]:
+                try:
+                    told.add(c.wait(asked)["id"])
+                except Refused as refused:
+                    self.assertEqual(refused.reason, "measurement_running")
+            self.assertEqual(len(told), 1)
 
 
 class Prompted(Case):
