@@ -31,6 +31,8 @@ static void print_status(const cJSON *status, const char *right)
            *member_text(status, "station_id") != '\0' ? ", id " : "",
            member_text(status, "station_id"));
     print_part(status, "store", "store_error");
+    if (cJSON_IsFalse(member(status, "store_sound")))
+        puts("          NOT sound; what is wrong: skinspec store verify");
     print_part(status, "table", "table_error");
     printf("records   last %" PRId64 "\n", member_integer(status, "last_seq"));
     printf("clients   %" PRId64 ", you as %s\n\n", member_integer(status, "clients"), right);

@@ -63,8 +63,8 @@ static error_t parse(int key, char *text, struct argp_state *state)
 static const char *const told[] = { "instrument", "model",      "serial", "state",  "step",
                                     "due",        "cause",      "place",  "fence",  "position",
                                     "shot",       "replicates", "prompt", "reason", "message",
-                                    "store",      "table",      "error",  "uuid",   "id",
-                                    "seq" };
+                                    "store",      "sound",      "table",  "error",  "uuid",
+                                    "id",         "seq" };
 
 static void print_members(const cJSON *data)
 {

@@ -58,7 +58,7 @@ void reading_free(struct reading *reading)
     free(reading);
 }
 
-static void done(struct job *job)
+void reading_done(struct job *job)
 {
     struct reading *reading = (struct reading *)job;
     if (reading->made == STATUS_OK)
@@ -80,7 +80,7 @@ struct reading *reading_of_ticket(struct station *station, const struct ticket *
         return NULL;
     }
     reading->job.run = run;
-    reading->job.done = done;
+    reading->job.done = reading_done;
     reading->station = station;
     reading->ticket = *ticket;
     reading->damaged = station->store.status == STATUS_DAMAGED;
@@ -107,7 +107,7 @@ void reading_ask(struct reading *reading, struct worker *worker)
 void reading_ask_again(struct reading *reading, struct worker *worker)
 {
     reading->job.run = run;
-    reading->job.done = done;
+    reading->job.done = reading_done;
     reading_ask(reading, worker);
 }
 

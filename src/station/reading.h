@@ -35,6 +35,9 @@ struct reading *reading_of_ticket(struct station *station, const struct ticket *
 
 void reading_ask(struct reading *reading, struct worker *worker);
 
+/* done() of each, for one that has more to do on the loop's thread first. */
+void reading_done(struct job *job);
+
 /* For one whose run() and done() were replaced, to look at the record first: now as
  * usual; or not at all. */
 void reading_ask_again(struct reading *reading, struct worker *worker);

@@ -25,6 +25,8 @@ static void add_store(struct station *station, cJSON *status)
     cJSON_AddStringToObject(status, "store", store_state_name(store->state));
     if (store->error[0] != '\0')
         cJSON_AddStringToObject(status, "store_error", store->error);
+    if (store->verified)
+        cJSON_AddBoolToObject(status, "store_sound", store->sound);
     cJSON_AddNumberToObject(status, "last_seq", (double)store->last_seq);
 }
 

@@ -4,11 +4,15 @@
 #include "station/reading.h"
 #include "station/serve.h"
 
+struct verifying {
+    bool found, sound;
+};
+
 static cJSON *verify(struct reading *reading, struct worker *worker, struct refusal *refusal)
 {
     struct store_verify_report report = { 0 };
+    struct verifying *verifying = reading->own;
     struct store_reader *reader = reading_store(worker, refusal);
-    (void)reading;
     if (reader == NULL)
         return NULL;
     enum status s = store_verify(reader, &report);
@@ -16,6 +20,7 @@ static cJSON *verify(struct reading *reading, struct worker *worker, struct refu
         reading_failed(worker, s, refusal);
         return NULL;
     }
+    *verifying = (struct verifying){ .found = true, .sound = s == STATUS_OK };
     cJSON *result = cJSON_CreateObject();
     cJSON_AddBoolToObject(result, "sound", s == STATUS_OK);
     if (s == STATUS_DAMAGED)
@@ -29,12 +34,22 @@ static cJSON *verify(struct reading *reading, struct worker *worker, struct refu
     return result;
 }
 
+static void verified(struct job *job)
+{
+    struct reading *reading = (struct reading *)job;
+    const struct verifying *verifying = reading->own;
+    if (verifying->found)
+        station_note_verified(reading->station, verifying->sound);
+    reading_done(job);
+}
+
 void serve_store_verify(struct station *station, struct client *client, struct request *request)
 {
-    struct reading *reading = reading_make(station, client, request, 0);
+    struct reading *reading = reading_make(station, client, request, sizeof(struct verifying));
     if (reading == NULL)
         return;
     reading->read = verify;
+    reading->job.done = verified;
     reading_ask(reading, station->chores);
 }
 

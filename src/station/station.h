@@ -43,6 +43,7 @@ struct store_standing {
     char error[STATION_ERROR_SIZE]; /* for a person; "" where it is ok */
     char station_id[UUID_TEXT_SIZE];
     int64_t last_seq;
+    bool verified, sound; /* by store.verify, since the start or the new beginning */
 };
 
 /* Numbers of leases, so that none comes again in a state folder, also after a restart: a
@@ -153,6 +154,9 @@ void station_take_opened(struct station *station, const struct write_job *write)
 
 /* What a write or a read has shown about the store, told to all where it is new. */
 void station_note_write(struct station *station, enum status status);
+
+/* What store.verify has found. */
+void station_note_verified(struct station *station, bool sound);
 
 /* The WAL has this size: above the limit nothing is stored until it is below again. */
 void station_note_wal(struct station *station, int64_t wal_bytes);

@@ -119,6 +119,15 @@ void station_note_write(struct station *station, enum status s)
         station_try_store(station); /* which tells whether the file was moved */
 }
 
+void station_note_verified(struct station *station, bool sound)
+{
+    cJSON *data = cJSON_CreateObject();
+    station->store.verified = true;
+    station->store.sound = sound;
+    cJSON_AddBoolToObject(data, "sound", sound);
+    station_tell(station, EVENT_STORE, "verified", data);
+}
+
 void station_note_wal(struct station *station, int64_t wal_bytes)
 {
     bool limited = wal_bytes > (int64_t)station->settings->wal_limit_mb << 20;
@@ -290,6 +299,7 @@ static void ask_for_newest(struct station *station, struct worker *worker)
 static void forget_store(struct station *station)
 {
     station->store.last_seq = 0;
+    station->store.verified = false;
     for (size_t i = 0; i < station->benches_n; i++)
         bench_forget_calibrations(station->benches[i]);
 }

@@ -312,6 +312,7 @@ class Store(StationCase):
             self.assertIn("NOT sound: ", done.out)
             told = self.skinspec("store", "verify", "--json", daemon=daemon)
             self.assertEqual((told.status, told.json()["sound"]), (1, False))
+            self.assertIn("NOT sound", self.done("status", daemon=daemon).out)
 
     def test_begin_anew(self):
         """Refused on a sound store; after damage it asks, and a new store begins."""

@@ -185,6 +185,28 @@ class Damage(Base):
         self.assertEqual(c.call("record.get", id=record["id"]), record)
 
 
+class Unsound(Base):
+    """Found by store.verify alone: the file can be read and written."""
+
+    def test_a_row_that_was_changed(self):
+        c = self.start()
+        record = self.measured(c)
+        self.assertNotIn("store_sound", c.call("status.get"))
+        watcher = self.client()
+        watcher.call("events.subscribe", topics=["store"])
+        self.assertTrue(c.call("store.verify")["sound"])
+        self.assertEqual(watcher.event("store", "verified")["data"], {"sound": True})
+        self.assertTrue(c.call("status.get")["store_sound"])
+        with contextlib.closing(sqlite3.connect(self.file)) as db:
+            db.executescript("DROP TRIGGER measurement_fixed; UPDATE measurement SET ITA = 0;")
+        self.assertIn(record["id"], c.call("store.verify")["what"])
+        self.assertEqual(watcher.event("store", "verified")["data"], {"sound": False})
+        status = c.call("status.get")
+        self.assertEqual((status["store"], status["store_sound"]), ("ok", False))
+        self.daemon.restart()
+        self.assertNotIn("store_sound", self.client().call("status.get"))
+
+
 class Fences(Base):
     """docs: the number of a lease never comes again in a state folder, stored or not."""
 
