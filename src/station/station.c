@@ -355,7 +355,7 @@ static int on_inbox(sd_event_source *source, int fd, uint32_t events, void *user
     return 0;
 }
 
-/* Under /proc since Linux 2.3: new with every start of the machine. */
+/* The kernel makes it anew with every start of the machine: CLOCK_BOOTTIME counts from there. */
 static void read_machine_boot(char text[UUID_TEXT_SIZE])
 {
     FILE *file = fopen("/proc/sys/kernel/random/boot_id", "re");
@@ -365,8 +365,10 @@ static void read_machine_boot(char text[UUID_TEXT_SIZE])
     if (file != NULL)
         fclose(file);
     snprintf(text, UUID_TEXT_SIZE, "%.36s", line);
-    if (!uuid_is_text(text)) /* calibrations will be due after every start */
-        log_warning("station: the machine does not tell its boot id");
+    if (uuid_is_text(text))
+        return;
+    text[0] = '\0'; /* records then do not tell which start their boottime_ms counts from */
+    log_warning("station: the machine does not tell its boot id");
 }
 
 static enum status open_tables(struct station *station)
