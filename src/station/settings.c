@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/log.h"
 #include "base/number.h"
 #include "base/version.h"
 #include "drivers/registry.h"
@@ -181,18 +182,39 @@ static error_t parse(int key, char *text, struct argp_state *state)
     return 0;
 }
 
+/* FOLDER/NAME of an environment variable, whole or not at all: another place than was meant
+ * would go unnoticed. */
+static void take_path(const char *variable, const char *folder, const char *name,
+                      char path[SETTINGS_PATH_SIZE])
+{
+    int n = snprintf(path, SETTINGS_PATH_SIZE, "%s%s", folder, name);
+    if (n >= 0 && n < SETTINGS_PATH_SIZE)
+        return;
+    log_error("%s is too long: a path of at most %d bytes is wanted", variable,
+              SETTINGS_PATH_SIZE - 1 - (int)strlen(name));
+    exit(EXIT_USAGE);
+}
+
+static bool has(const char *value)
+{
+    return value != NULL && *value != '\0';
+}
+
+/* Those that no option has named. */
 static void default_paths(struct settings *s)
 {
     const char *socket = getenv("SKINSPEC_SOCKET"), *runtime = getenv("XDG_RUNTIME_DIR");
     const char *state = getenv("STATE_DIRECTORY");
-    if (socket != NULL && *socket != '\0')
-        snprintf(s->socket, sizeof s->socket, "%s", socket);
-    else if (runtime != NULL && *runtime != '\0')
-        snprintf(s->socket, sizeof s->socket, "%s/skinspec.sock", runtime);
-    else
-        snprintf(s->socket, sizeof s->socket, "/run/skinspec/skinspecd.sock");
-    snprintf(s->state, sizeof s->state, "%s",
-             state != NULL && *state != '\0' ? state : "/var/lib/skinspec");
+    if (*s->socket == '\0' && has(socket))
+        take_path("SKINSPEC_SOCKET", socket, "", s->socket);
+    else if (*s->socket == '\0' && has(runtime))
+        take_path("XDG_RUNTIME_DIR", runtime, "/skinspec.sock", s->socket);
+    else if (*s->socket == '\0')
+        take_path("", "/run/skinspec/skinspecd.sock", "", s->socket);
+    if (*s->state == '\0' && has(state))
+        take_path("STATE_DIRECTORY", state, "", s->state);
+    else if (*s->state == '\0')
+        take_path("", "/var/lib/skinspec", "", s->state);
 }
 
 void settings_read(int argc, char **argv, struct settings *ret)
@@ -224,7 +246,7 @@ void settings_read(int argc, char **argv, struct settings *ret)
         .wal_limit_mb = 1024,
         .calibration_blocks = true,
     };
-    default_paths(ret);
     argp_err_exit_status = EXIT_USAGE;
     argp_parse(&argp, argc, argv, 0, NULL, ret);
+    default_paths(ret);
 }

@@ -23,7 +23,8 @@ struct settings {
     bool verbose;
 };
 
-/* Ends the program with status 2 and a message for options that cannot be. */
+/* Ends the program with status 2 and a message for options, and for paths of the environment,
+ * that cannot be. */
 void settings_read(int argc, char **argv, struct settings *ret);
 
 #endif

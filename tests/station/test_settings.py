@@ -53,6 +53,19 @@ class Settings(unittest.TestCase):
             self.assertIn(option, shown.stdout)
         self.assertRegex(self.run_with("--version").stdout, r"^skinspecd \d+\.\d+\.\d+\n$")
 
+    def test_paths_of_the_environment_that_are_too_long(self):
+        """Not cut: that would be another place.  An option makes up for it."""
+        long = "/nowhere/" + "x" * 600
+        for variable in ("STATE_DIRECTORY", "SKINSPEC_SOCKET", "XDG_RUNTIME_DIR"):
+            with self.subTest(variable=variable):
+                usual = {"STATE_DIRECTORY": "/nowhere/state", "SKINSPEC_SOCKET": ""}
+                done = self.run_with(**{**usual, variable: long})
+                self.assertEqual(done.returncode, 2)
+                self.assertIn(variable + " is too long", done.stderr)
+        done = self.run_with("--state", "/nowhere/state", STATE_DIRECTORY=long)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("/nowhere/state", done.stderr)
+
     def test_paths_from_the_environment(self):
         """Without options: the folder systemd made, the socket of the runtime folder."""
         done = self.run_with(STATE_DIRECTORY="/nowhere/state", XDG_RUNTIME_DIR="/nowhere/run")
