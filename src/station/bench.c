@@ -8,7 +8,6 @@
 
 #include "base/log.h"
 #include "base/utf8.h"
-#include "drivers/registry.h"
 #include "json/give.h"
 #include "station/run.h"
 #include "station/serve.h"
@@ -164,7 +163,8 @@ cJSON *bench_list_json(struct station *station)
 {
     cJSON *list = cJSON_CreateArray();
     for (size_t i = 0; i < station->benches_n; i++)
-        json_give_item(list, bench_json(station->benches[i]));
+        if (station->benches[i]->name[0] != '\0')
+            json_give_item(list, bench_json(station->benches[i]));
     return list;
 }
 
@@ -273,10 +273,9 @@ void bench_tell_changes(struct bench *bench)
     station_tell(bench->station, EVENT_INSTRUMENT, "state", data);
 }
 
-static void opened(void *context, const struct driver_identity *identity,
-                   const struct driver_status *status, uint64_t connection)
+void bench_opened(struct bench *bench, const struct driver_identity *identity,
+                  const struct driver_status *status, uint64_t connection)
 {
-    struct bench *bench = context;
     log_info("station: instrument '%s' is there: %s %s, serial number '%s'", bench->name,
              identity->maker, identity->model, identity->serial);
     if (bench->known && strcmp(bench->identity.serial, identity->serial) != 0)
@@ -289,7 +288,7 @@ static void opened(void *context, const struct driver_identity *identity,
     utf8_make_plain(bench->identity.firmware);
     utf8_make_plain(bench->identity.white_tile);
     bench->status = *status;
-    bench->connection = connection;
+    bench->connection = bench->connections = connection;
     bench->error = (struct driver_error){ .result = DRIVER_OK };
     if (bench->station->store.told)
         bench_recall(bench);
@@ -297,9 +296,8 @@ static void opened(void *context, const struct driver_identity *identity,
     bench_tell_changes(bench);
 }
 
-static void lost(void *context, const struct driver_error *error)
+void bench_lost(struct bench *bench, const struct driver_error *error)
 {
-    struct bench *bench = context;
     log_warning("station: instrument '%s': %s", bench->name, error->text);
     bench->open = false;
     bench->error = *error;
@@ -312,73 +310,85 @@ static void lost(void *context, const struct driver_error *error)
     bench_tell_changes(bench);
 }
 
-static void pressed(void *context)
+void bench_pressed(struct bench *bench)
 {
-    struct bench *bench = context;
     station_tell(bench->station, EVENT_INSTRUMENT, "button", bench_named(bench));
 }
 
-static void status_changed(void *context, const struct driver_status *status)
+void bench_status_changed(struct bench *bench, const struct driver_status *status)
 {
-    struct bench *bench = context;
     bench->status = *status;
     bench_tell_changes(bench);
 }
 
-/* ---- opening ------------------------------------------------------------------------ */
+/* ---- asking ------------------------------------------------------------------------- */
 
-/* "simulated", and "simulated-2" for the second of a kind. */
-static void make_name(const struct station *station, const struct driver *driver,
-                      char name[sizeof((struct bench *)0)->name])
+void bench_ask(struct bench *bench, struct unit_job *job)
 {
-    size_t same = 0;
-    for (size_t i = 0; i < station->benches_n; i++)
-        same += station->benches[i]->driver == driver;
-    if (same == 0)
-        snprintf(name, sizeof((struct bench *)0)->name, "%s", driver->name);
-    else
-        snprintf(name, sizeof((struct bench *)0)->name, "%s-%zu", driver->name, same + 1);
+    if (bench->unit != NULL) {
+        unit_ask(bench->unit, job);
+        return;
+    }
+    job->result = DRIVER_GONE;
+    job->error = bench->error;
+    job->status_known = job->pressed = false;
+    job->connection = 0;
+    inbox_put(&bench->station->inbox, &job->job);
 }
 
-enum status bench_open(struct station *station, const char *text, struct bench **ret)
+void bench_cancel(struct bench *bench)
 {
-    const char *colon = strchr(text, ':');
-    char driver[64];
-    struct bench *bench = calloc(1, sizeof *bench);
+    if (bench->unit != NULL)
+        unit_cancel(bench->unit);
+}
+
+/* ---- life --------------------------------------------------------------------------- */
+
+/* A place that was left, else one more; NULL: all are taken. */
+static struct bench **free_place(struct station *station)
+{
+    for (size_t i = 0; i < station->benches_n; i++)
+        if (station->benches[i]->name[0] == '\0')
+            return &station->benches[i];
+    return station->benches_n < SETTINGS_MAX_INSTRUMENTS ? &station->benches[station->benches_n]
+                                                         : NULL;
+}
+
+enum status bench_make(struct station *station, const struct driver *driver, const char *name,
+                       struct bench **ret)
+{
+    struct bench **place = free_place(station), *bench = calloc(1, sizeof *bench);
+    if (place == NULL) {
+        log_error("station: no room for instrument '%s': there are %d", name,
+                  (int)SETTINGS_MAX_INSTRUMENTS);
+        free(bench);
+        return STATUS_FULL;
+    }
     if (bench == NULL)
         return STATUS_NO_MEMORY;
-    snprintf(driver, sizeof driver, "%.*s", (int)strcspn(text, ":"), text);
     bench->station = station;
-    bench->driver = driver_find(driver); /* the settings know that there is one */
+    bench->driver = driver;
     bench->told_state = state_name(bench);
-    make_name(station, bench->driver, bench->name);
-    struct driver_options options = { .address = colon != NULL ? colon + 1 : NULL };
-    const struct unit_events events = { .opened = opened,
-                                        .lost = lost,
-                                        .button = pressed,
-                                        .status = status_changed,
-                                        .context = bench };
+    snprintf(bench->name, sizeof bench->name, "%s", name);
     enum status s = bench_lease_init(bench);
-    if (s == STATUS_OK)
-        s = unit_open(bench->driver, &options, &station->inbox, &events, &bench->unit);
     if (s != STATUS_OK) {
-        log_error("station: cannot start the thread of instrument '%s'", bench->name);
         bench_close(bench);
         return s;
     }
-    *ret = bench;
+    if (place == &station->benches[station->benches_n])
+        station->benches_n++;
+    else
+        bench_close(*place);
+    *place = *ret = bench;
     return STATUS_OK;
 }
 
-bool bench_stop(struct bench *bench, int patience_ms)
+void bench_forget(struct bench *bench)
 {
-    if (bench->unit == NULL || unit_close(bench->unit, patience_ms)) {
-        bench->unit = NULL;
-        return true;
-    }
-    if (patience_ms > 0)
-        log_warning("station: instrument '%s' does not answer; left behind", bench->name);
-    return false;
+    cJSON *data = bench_named(bench);
+    cJSON_AddStringToObject(data, "error", bench->error.text);
+    station_tell(bench->station, EVENT_INSTRUMENT, "gone", data);
+    bench->name[0] = '\0';
 }
 
 void bench_close(struct bench *bench)
@@ -389,7 +399,7 @@ void bench_close(struct bench *bench)
 
 struct bench *bench_find(struct station *station, const char *name)
 {
-    for (size_t i = 0; i < station->benches_n; i++)
+    for (size_t i = 0; i < station->benches_n && *name != '\0'; i++)
         if (strcmp(station->benches[i]->name, name) == 0)
             return station->benches[i];
     return NULL;

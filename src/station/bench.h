@@ -13,19 +13,23 @@
 
 struct run;
 
+enum { BENCH_NAME_SIZE = 64 };
+
 struct bench {
     struct station *station;
-    char name[64];
+    char name[BENCH_NAME_SIZE]; /* "": no bench, a place for one */
     const struct driver *driver;
-    struct unit *unit;
+    struct unit *unit; /* of its seat; NULL while it has none */
 
-    bool known; /* it was opened once: identity and setup are set */
+    bool known;       /* it was opened once: identity and setup are set */
+    bool provisional; /* it is there to show why something does not open */
     bool open;
     struct driver_identity identity;
     struct driver_setup setup;
     struct driver_status status;
-    struct driver_error error; /* why it is not open; text "" while it is tried first */
-    uint64_t connection;
+    struct driver_error error;        /* why it is not open; text "" while it is tried first */
+    uint64_t connection, connections; /* the present one; as many as there were */
+    uint64_t connections_before;      /* by other units than this one */
 
     struct lease lease;
     char lease_name[CLIENTS_LEASE_SIZE]; /* of the holder; "" */
@@ -41,13 +45,27 @@ struct bench {
     struct run *run;                 /* NULL: none */
 };
 
-/* text: "DRIVER[:ADDRESS]".  Starts its thread. */
-enum status bench_open(struct station *station, const char *text, struct bench **ret);
-/* End its thread; false: it had not ended after that time (0: it is only told to). */
-bool bench_stop(struct bench *bench, int patience_ms);
+/* One more, without a unit.  STATUS_FULL: there are SETTINGS_MAX_INSTRUMENTS (logged). */
+enum status bench_make(struct station *station, const struct driver *driver, const char *name,
+                       struct bench **ret);
+void bench_forget(struct bench *bench); /* a provisional one: it is gone, and told so */
 void bench_close(struct bench *bench);
 
 struct bench *bench_find(struct station *station, const char *name);
+
+/* ---- what its unit tells (through seat.c) ------------------------------------------- */
+
+void bench_opened(struct bench *bench, const struct driver_identity *identity,
+                  const struct driver_status *status, uint64_t connection);
+void bench_lost(struct bench *bench, const struct driver_error *error);
+void bench_pressed(struct bench *bench);
+void bench_status_changed(struct bench *bench, const struct driver_status *status);
+
+/* ---- what its unit is asked --------------------------------------------------------- */
+
+/* As unit_ask() and unit_cancel(), also while it has none: the job comes back, gone. */
+void bench_ask(struct bench *bench, struct unit_job *job);
+void bench_cancel(struct bench *bench);
 
 /* ---- how it stands ------------------------------------------------------------------ */
 

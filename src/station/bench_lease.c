@@ -234,12 +234,16 @@ void serve_instrument_acquire(struct station *station, struct client *client,
 {
     struct ticket ticket = ticket_of(client, request);
     struct bench *bench = bench_find(station, params_text(request, "instrument"));
-    if (bench == NULL)
+    if (bench == NULL) {
         station_refuse_for(station, &ticket, REASON_INSTRUMENT_UNKNOWN, NULL);
-    else if (!station->fences.known)
+    } else if (bench->provisional) { /* it may have another name once it opens */
+        struct refusal refusal = bench_refusal(&bench->error);
+        station_refuse(station, &ticket, &refusal);
+    } else if (!station->fences.known) {
         station_park(station, client, request);
-    else
+    } else {
         acquire(bench, client, request);
+    }
 }
 
 /* Only who waits is in the queue: an acquire is answered, or stands there once. */

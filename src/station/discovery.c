@@ -167,6 +167,8 @@ static int on_message(sd_event_source *source, int fd, uint32_t events, void *us
 static enum status list_devices(struct discovery *d)
 {
     struct udev_list_entry *entry;
+    if (d->drivers[0] == NULL)
+        return STATUS_OK; /* none of them would be taken */
     struct udev_enumerate *list = udev_enumerate_new(d->udev);
     if (list == NULL)
         return STATUS_NO_MEMORY;

@@ -100,7 +100,7 @@ void run_end(struct bench *bench, int64_t fence, enum run_cause cause)
     if (!run->under_way)
         finish_early(run);
     else if (run->phase != RUN_MATCHING)
-        unit_cancel(bench->unit);
+        bench_cancel(bench);
 }
 
 /* ---- stored ------------------------------------------------------------------------- */
@@ -254,7 +254,7 @@ static void wait_for_operator(struct run *run)
     run->unit =
         (struct unit_job){ .job.done = waited, .command = UNIT_WAIT, .timeout_ms = WAIT_MS };
     run->under_way = true;
-    unit_ask(run->bench->unit, &run->unit);
+    bench_ask(run->bench, &run->unit);
 }
 
 static void waited(struct job *job)
@@ -327,7 +327,7 @@ static void refused(struct run *run)
     run->error = run->unit.error;
     run->unit = (struct unit_job){ .job.done = asked_why, .command = UNIT_STATUS };
     run->under_way = true;
-    unit_ask(run->bench->unit, &run->unit);
+    bench_ask(run->bench, &run->unit);
 }
 
 static void take(struct run *run)
@@ -368,14 +368,14 @@ static void shoot(struct run *run)
     run->phase = RUN_SHOOTING;
     run->unit = (struct unit_job){ .job.done = shot, .command = UNIT_MEASURE };
     run->under_way = true;
-    unit_ask(run->bench->unit, &run->unit);
+    bench_ask(run->bench, &run->unit);
 }
 
 void run_next(struct run *run)
 {
     run->next = true;
     if (run->under_way)
-        unit_cancel(run->bench->unit); /* the wait for the button */
+        bench_cancel(run->bench); /* the wait for the button */
     else
         shoot(run);
 }

@@ -27,6 +27,7 @@ struct work {
     struct ticket ticket;
     struct driver_setup setup;
     enum driver_calibration step;
+    uint64_t connections_before; /* of the unit that does it */
     char operator_name[STORE_TEXT_SIZE];
     struct calibration_made made;
 };
@@ -45,6 +46,7 @@ static struct work *make_work(struct bench *bench, const struct client *client,
     work->unit.job.done = done;
     work->unit.command = command;
     work->bench = bench;
+    work->connections_before = bench->connections_before;
     work->ticket = ticket;
     snprintf(work->operator_name, sizeof work->operator_name, "%s", client->operator_name);
     bench->at_work = true;
@@ -128,7 +130,7 @@ void serve_instrument_configure(struct station *station, struct client *client,
     if (work == NULL)
         return;
     work->setup = work->unit.setup = setup;
-    unit_ask(bench->unit, &work->unit);
+    bench_ask(bench, &work->unit);
 }
 
 /* ---- calibrate ---------------------------------------------------------------------------------
@@ -199,7 +201,7 @@ static void calibrated(struct job *job)
     work->made = (struct calibration_made){
         .made = true,
         .boottime_ms = station_now_ms(),
-        .connection = work->unit.connection,
+        .connection = work->connections_before + work->unit.connection,
         .aperture_mm = bench->identity.aperture_mm[bench->setup.aperture],
     };
     memcpy(work->made.boot_id, station->machine_boot, sizeof work->made.boot_id);
@@ -233,5 +235,5 @@ void serve_instrument_calibrate(struct station *station, struct client *client,
     if (work == NULL)
         return;
     work->step = work->unit.step = white ? DRIVER_CALIBRATION_WHITE : DRIVER_CALIBRATION_ZERO;
-    unit_ask(bench->unit, &work->unit);
+    bench_ask(bench, &work->unit);
 }

@@ -42,8 +42,10 @@ static const struct argp_option options[] = {
       0 },
     { "state", KEY_STATE, "DIR", 0,
       "Folder of station.db (STATE_DIRECTORY, /var/lib/skinspec); it must exist", 0 },
-    { "instrument", KEY_INSTRUMENT, "DRIVER[:ADDRESS]", 0,
-      "An instrument of the station; give it once for each", 0 },
+    { "instrument", KEY_INSTRUMENT, "DRIVER[:ADDRESS]|auto", 0,
+      "An instrument of the station; give it once for each.  A driver without an address: all of "
+      "its instruments that are plugged in; auto: those of every driver",
+      0 },
     { "tables", KEY_TABLES, "DIR", 0, "Look here first for tables", 0 },
     { "table", KEY_TABLE, "NAME", 0, "Table to match with by default (" TABLES_DEFAULT ")", 0 },
     { "calibration-hours", KEY_CALIBRATION_HOURS, "H", 0,
@@ -83,11 +85,31 @@ static void copy_path(struct argp_state *state, const char *option, const char *
     snprintf(path, SETTINGS_PATH_SIZE, "%s", text);
 }
 
+static void add_discovered(struct settings *s, const struct driver *driver)
+{
+    size_t n = 0;
+    while (s->discovered[n] != NULL && s->discovered[n] != driver)
+        n++;
+    if (n < SETTINGS_MAX_DRIVERS)
+        s->discovered[n] = driver;
+}
+
 static void add_instrument(struct argp_state *state, struct settings *s, const char *text)
 {
     char name[64];
     snprintf(name, sizeof name, "%.*s", (int)strcspn(text, ":"), text);
-    if (driver_find(name) == NULL) {
+    const struct driver *driver = driver_find(name);
+    if (strcmp(text, "auto") == 0) {
+        for (size_t i = 0; driver_registry[i] != NULL; i++)
+            if (driver_registry[i]->matches != NULL)
+                add_discovered(s, driver_registry[i]);
+        return;
+    }
+    if (driver != NULL && driver->matches != NULL && strcmp(text, name) == 0) {
+        add_discovered(s, driver);
+        return;
+    }
+    if (driver == NULL) {
         char known[256] = "";
         for (size_t i = 0; driver_registry[i] != NULL; i++)
             snprintf(known + strlen(known), sizeof known - strlen(known), " %s",

@@ -5,7 +5,9 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-enum { SETTINGS_MAX_INSTRUMENTS = 16, SETTINGS_PATH_SIZE = 512 };
+struct driver;
+
+enum { SETTINGS_MAX_INSTRUMENTS = 16, SETTINGS_MAX_DRIVERS = 16, SETTINGS_PATH_SIZE = 512 };
 
 struct settings {
     char socket[SETTINGS_PATH_SIZE]; /* not used under socket activation */
@@ -14,6 +16,8 @@ struct settings {
     const char *table;                                 /* name of the default one */
     const char *instruments[SETTINGS_MAX_INSTRUMENTS]; /* "DRIVER[:ADDRESS]" */
     size_t instruments_n;
+    /* Whose instruments are taken as they are plugged in; ends with NULL. */
+    const struct driver *discovered[SETTINGS_MAX_DRIVERS + 1];
     const char *user; /* account to run as; NULL: stay who it is */
     const char *kiosk_group, *clinic_group, *admin_group;
     size_t max_clients, max_per_user, max_per_process;

@@ -15,6 +15,7 @@
 #include "station/bench.h"
 #include "station/params.h"
 #include "station/run.h"
+#include "station/seat.h"
 #include "station/serve.h"
 
 enum { STOP_PATIENCE_MS = 400 };
@@ -390,16 +391,6 @@ static enum status open_tables(struct station *station)
     return tables_open(&settings, &station->tables);
 }
 
-static enum status open_benches(struct station *station)
-{
-    enum status s = STATUS_OK;
-    for (size_t i = 0; i < station->settings->instruments_n && s == STATUS_OK; i++) {
-        s = bench_open(station, station->settings->instruments[i], &station->benches[i]);
-        station->benches_n += s == STATUS_OK;
-    }
-    return s;
-}
-
 enum status station_open(struct station *station)
 {
     const struct settings *settings = station->settings;
@@ -421,7 +412,7 @@ enum status station_open(struct station *station)
     if (s == STATUS_OK)
         s = open_tables(station);
     if (s == STATUS_OK)
-        s = open_benches(station);
+        s = seats_open(station);
     if (s == STATUS_OK &&
         (sd_event_add_io(station->event, NULL, station->inbox.fd, EPOLLIN, on_inbox, station) < 0 ||
          sd_event_add_defer(station->event, &station->unpark, on_unpark, station) < 0))
@@ -482,7 +473,7 @@ void station_stop(struct station *station)
         if (bench->run != NULL)
             run_end(bench, bench->run->record->fence, RUN_STOPPING);
         if (bench->at_work)
-            unit_cancel(bench->unit);
+            bench_cancel(bench);
         bench_send_queue_away(bench);
     }
     unpark_all(station, false);
@@ -513,21 +504,14 @@ static void drain(struct station *station)
 /* Those who ask before those who are asked. */
 static bool stop_threads(struct station *station)
 {
-    bool stuck = false;
-    int64_t deadline_ms = station_now_ms() + STOP_PATIENCE_MS;
-    for (size_t i = 0; i < station->benches_n; i++)
-        (void)bench_stop(station->benches[i], 0); /* all at once, one patience for all */
-    for (size_t i = 0; i < station->benches_n; i++) {
-        int64_t left_ms = deadline_ms - station_now_ms();
-        stuck = !bench_stop(station->benches[i], left_ms > 1 ? (int)left_ms : 1) || stuck;
-    }
+    bool all = seats_stop(station, STOP_PATIENCE_MS);
     drain(station);
     worker_stop(station->reader);
     worker_stop(station->chores);
     drain(station);
     writer_stop(station->writer);
     drain(station);
-    return !stuck;
+    return all;
 }
 
 void station_close(struct station *station)
@@ -539,6 +523,7 @@ void station_close(struct station *station)
     store_claim_release(station->claim);
     if (!all_ended) /* a thread still uses what follows; the process ends anyway */
         return;
+    seats_close(station);
     for (size_t i = 0; i < station->benches_n; i++)
         bench_close(station->benches[i]);
     tables_close(station->tables);

@@ -26,6 +26,8 @@
 #include "station/writer.h"
 
 struct bench;
+struct seat;
+struct discovery;
 
 enum { STATION_OPEN_REQUESTS = 64, STATION_ERROR_SIZE = 512 };
 
@@ -89,6 +91,8 @@ struct station {
     struct answer_weights weights;
     struct bench *benches[SETTINGS_MAX_INSTRUMENTS];
     size_t benches_n;
+    struct seat *seats;
+    struct discovery *discovery;
     struct store_standing store;
     struct fences fences;
     struct uuid_watch *watched;

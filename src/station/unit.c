@@ -105,6 +105,19 @@ static void go_down(struct unit *u, const struct driver_error *why)
         unit_tell_lost(u, why);
 }
 
+/* Before it is opened again; true: cut short, as it may be there by now. */
+static bool rest(struct unit *u, int64_t pause_ms)
+{
+    int64_t until_ms = unit_now_ms() + pause_ms;
+    pthread_mutex_lock(&u->lock);
+    while (!u->closing && !u->try_now && unit_now_ms() < until_ms)
+        wait_for_change(u, until_ms);
+    bool cut_short = u->try_now;
+    u->try_now = false;
+    pthread_mutex_unlock(&u->lock);
+    return cut_short;
+}
+
 static void *live(void *unit)
 {
     struct unit *u = unit;
@@ -119,7 +132,9 @@ static void *live(void *unit)
             pause_ms = FIRST_PAUSE_MS;
         }
         go_down(u, &error);
-        if (unit_wait_for(u, &u->closing, unit_now_ms() + pause_ms))
+        if (rest(u, pause_ms))
+            pause_ms = FIRST_PAUSE_MS / 2; /* something has come: it may be this */
+        if (unit_is(u, &u->closing))
             break;
         pause_ms = 2 * pause_ms < LONGEST_PAUSE_MS ? 2 * pause_ms : LONGEST_PAUSE_MS;
     }
@@ -199,6 +214,14 @@ void unit_cancel(struct unit *u)
         pthread_cond_broadcast(&u->changed);
         u->driver->cancel(u->instrument);
     }
+    pthread_mutex_unlock(&u->lock);
+}
+
+void unit_try_now(struct unit *u)
+{
+    pthread_mutex_lock(&u->lock);
+    u->try_now = u->down;
+    pthread_cond_broadcast(&u->changed);
     pthread_mutex_unlock(&u->lock);
 }
 

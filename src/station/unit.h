@@ -75,6 +75,9 @@ void unit_ask(struct unit *unit, struct unit_job *job);
  * thread. */
 void unit_cancel(struct unit *unit);
 
+/* Where it waits before it opens the instrument again: do it now.  From any thread. */
+void unit_try_now(struct unit *unit);
+
 /* Cancel, finish what is asked (DRIVER_CANCELLED), close the instrument, end the thread.
  * False where the thread was still stuck after patience_ms: unit and inbox must stay, jobs are
  * refused, and it may be tried again.  Takes NULL.  Events and jobs may be drained afterwards. */

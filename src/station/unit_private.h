@@ -23,7 +23,8 @@ struct unit {
     bool under_way;                /* job `begun` is */
     bool cancelled;                /* and was cancelled */
     bool closing, ended;
-    bool down; /* could not be opened, or was lost */
+    bool try_now; /* do not wait before it is opened again */
+    bool down;    /* could not be opened, or was lost */
     struct driver_error why_down;
 
     /* The thread's own. */
