@@ -4,6 +4,7 @@
 #include "station/rights.h"
 
 #include <grp.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -80,6 +81,7 @@ static enum found found_as(const struct member_case *c)
         groups[n++] = (gid_t)(OTHERS + 1 + i);
     for (size_t i = 0; i < 2 && c->member_of[i] != 0; i++)
         groups[n++] = c->member_of[i];
+    fflush(NULL); /* or the child writes it as well */
     pid_t child = fork();
     if (child == 0) {
         if (setgroups(n, groups) != 0 || setgid(c->gid) != 0 || setuid(c->uid) != 0)
