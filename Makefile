@@ -194,7 +194,8 @@ $(BUILD)/obj/unity.o: $(unity)/unity.c $(BUILD)/flags | need-build
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) -w -DUNITY_INCLUDE_DOUBLE -c $< -o $@
 
-$(BUILD)/obj/tests/%.o: override EXTRA += -isystem $(unity) -DUNITY_INCLUDE_DOUBLE
+# Private: or the flags of a tests' object would count as those of everything.
+$(BUILD)/obj/tests/%.o: private override EXTRA += -isystem $(unity) -DUNITY_INCLUDE_DOUBLE
 $(patsubst %.c,$(BUILD)/obj/%.o,$(tests_c) $(support_c)): | $(unity)/unity.c
 
 $(lib_a): $(core_o)

@@ -5,6 +5,7 @@ options, and the end."""
 import contextlib
 import hashlib
 import os
+import pwd
 import shutil
 import signal
 import sqlite3
@@ -15,7 +16,7 @@ import unittest
 
 from child import Child
 from client import Closed, Refused
-from daemon import SKINSPECD, Case, Daemon, main, new_uuid
+from daemon import SKINSPECD, STOP_S, Case, Daemon, main, new_uuid
 
 NOBODY = 65534
 ROOT_ONLY = unittest.skipUnless(os.getuid() == 0, "only root can become somebody else")
@@ -242,6 +243,38 @@ class Options(Base):
     def test_missing_user(self):
         self.refuses_to_start("--user", "no-such-user", says="no-such-user")
 
+    @ROOT_ONLY
+    def test_becomes_another_user(self):
+        """Then everything it makes is that user's."""
+        os.chmod(self.folder, 0o755)
+        os.mkdir(self.path("state"), 0o700)
+        os.mkdir(self.path("run"), 0o755)
+        for name in ("state", "run"):
+            os.chown(self.path(name), NOBODY, NOBODY)
+        with Daemon(
+            "--user", "nobody", "--verbose", state=self.path("state"), socket=self.path("run/s")
+        ) as daemon:
+            with daemon.client() as c:
+                self.assertEqual(c.call("status.get")["store"], "ok")
+            self.assertEqual(os.stat(daemon.socket).st_uid, NOBODY)
+            self.assertEqual(os.stat(self.path("state/station.db")).st_uid, NOBODY)
+            with open(f"/proc/{daemon.process.pid}/status", encoding="ascii") as file:
+                fields = dict(line.split(":", 1) for line in file)
+            self.assertEqual(fields["Uid"].split(), [str(NOBODY)] * 4)
+            self.assertNotIn("0", fields["Groups"].split(), "no group of root's is left")
+            self.assertIn("session of", daemon.log(), "verbose")
+
+    def test_is_that_user_already(self):
+        with Daemon("--user", pwd.getpwuid(os.getuid()).pw_name) as daemon, daemon.client() as c:
+            self.assertEqual(c.call("status.get")["store"], "ok")
+
+    @ROOT_ONLY
+    def test_cannot_become_another_user(self):
+        if not State.nobody_may_run():
+            self.skipTest("another account may not run the program where it is")
+        more = {"user": NOBODY, "group": NOBODY, "extra_groups": []}
+        self.refuses_to_start("--user", "root", says="cannot become 'root'", **more)
+
     def test_usage(self):
         """docs: status 2"""
         for options, says in (
@@ -287,6 +320,26 @@ class Ending(Base):
             daemon.start()
             with daemon.client() as again:
                 self.assertEqual(again.call("record.list")["records"], [])
+
+    def test_told_twice(self):
+        """The second signal changes nothing: what is acknowledged is finished within the same time."""
+        slow = "simulated:shot_ms=60000,charge_ms=0,calibrate_ms=0"
+        with Daemon(instruments=(slow,)) as daemon, daemon.client() as c:
+            for _ in range(3):
+                daemon.process.send_signal(signal.SIGTERM)
+            self.assertEqual(daemon.ends(STOP_S), 0, daemon.log())
+            self.assertTrue(c.is_closed(2))
+
+    def test_with_a_client_that_does_not_read(self):
+        """It is not waited for longer than the second that the end may take."""
+        with Daemon() as daemon, daemon.client() as c:
+            for _ in range(40):
+                c.send("rpc.describe")
+            time.sleep(0.5)
+            begun = time.monotonic()
+            daemon.process.send_signal(signal.SIGTERM)
+            self.assertEqual(daemon.ends(STOP_S), 0, daemon.log())
+            self.assertGreater(time.monotonic() - begun, 0.9, "it had time to read")
 
     def test_with_work_in_hand(self):
         """What was answered is there after the next start."""
