@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <time.h>
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "db/sql.h"
 #include "db/store_private.h"
@@ -58,23 +58,9 @@ enum status store_prepare(struct store *store)
 
 int64_t store_now_ms(const struct store_clock *clock)
 {
-    struct timespec now;
     if (clock != NULL && clock->realtime_ms != NULL)
         return clock->realtime_ms(clock->context);
-    clock_gettime(CLOCK_REALTIME, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
-
-/* Years 1970 to 9999, which RFC 3339 can write. */
-void store_time_text(int64_t ms, char text[STORE_TIME_SIZE])
-{
-    const int64_t last = INT64_C(253402300799999);
-    struct tm utc;
-    ms = ms < 0 ? 0 : ms > last ? last : ms;
-    time_t seconds = (time_t)(ms / 1000);
-    gmtime_r(&seconds, &utc);
-    size_t n = strftime(text, STORE_TIME_SIZE, "%Y-%m-%dT%H:%M:%S", &utc);
-    snprintf(text + n, STORE_TIME_SIZE - n, ".%03dZ", (int)(ms % 1000));
+    return clock_realtime_ms();
 }
 
 enum status store_folder_fits(const char *folder)

@@ -23,10 +23,16 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/clock.h"
 #include "base/spectrum.h"
 #include "base/status.h"
 
-enum { STORE_UUID_SIZE = 37, STORE_TIME_SIZE = 32, STORE_TEXT_SIZE = 256, STORE_NOTES_SIZE = 4096 };
+enum {
+    STORE_UUID_SIZE = 37,
+    STORE_TIME_SIZE = CLOCK_TEXT_SIZE,
+    STORE_TEXT_SIZE = 256,
+    STORE_NOTES_SIZE = 4096
+};
 enum { STORE_MAX_REPLICATES = 32 };
 
 /* ---- the claim: one writer ---------------------------------------------------------- */

@@ -12,6 +12,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "db/sql.h"
 #include "db/station_schema.h"
@@ -172,7 +173,7 @@ static void choose_name(const char *folder, int64_t now_ms, char name[STORE_TEXT
 {
     char at[STORE_TIME_SIZE], path[STORE_PATH_SIZE], digits[STORE_TIME_SIZE];
     size_t n = 0;
-    store_time_text(now_ms, at);
+    clock_text(now_ms, at);
     for (const char *p = at; *p != '.'; p++)
         if (*p != '-' && *p != ':')
             digits[n++] = *p;

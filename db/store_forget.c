@@ -1,6 +1,7 @@
 /* store_forget.c - erase a person from the file and from the WAL. */
 #include "db/store.h"
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "db/sql.h"
 #include "db/store_private.h"
@@ -36,7 +37,7 @@ static enum status forget(struct store *store, const char *id, const char *who)
     enum status s = delete_person(store, id);
     if (s == STATUS_OK)
         s = sql_run(store->db, rewrite_sql);
-    store_time_text(store_now_ms(&store->clock), at);
+    clock_text(store_now_ms(&store->clock), at);
     if (s == STATUS_OK)
         s = audit_append(&store->audit, at, who, AUDIT_FORGET, id);
     return s;

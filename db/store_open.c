@@ -8,6 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "db/sql.h"
 #include "db/station_schema.h"
@@ -38,7 +39,7 @@ static enum status insert_station(sqlite3 *db, int64_t now_ms, int64_t first_seq
     char id[STORE_UUID_SIZE], at[STORE_TIME_SIZE];
     struct audit audit = { .last = NULL };
     sqlite3_stmt *insert = NULL;
-    store_time_text(now_ms, at);
+    clock_text(now_ms, at);
     enum status s = uuid4_make(id);
     if (s == STATUS_OK)
         s = sql_prepare(db, "INSERT INTO station VALUES (1, ?, ?, ?)", &insert);

@@ -101,7 +101,6 @@ enum status store_job_begin(struct store *store);
 enum status store_job_end(struct store *store, const char *what, enum status s);
 
 int64_t store_now_ms(const struct store_clock *clock);
-void store_time_text(int64_t ms, char text[STORE_TIME_SIZE]);
 
 /* Is there room for all names below the folder?  STATUS_IO, logged, where not; asked once
  * by each function of store.h that takes one. */

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "db/sql.h"
 #include "db/store_private.h"
@@ -21,7 +22,7 @@ struct stamp {
 static void stamp_time(const struct store *store, struct stamp *ret)
 {
     ret->ms = store_now_ms(&store->clock);
-    store_time_text(ret->ms, ret->at);
+    clock_text(ret->ms, ret->at);
 }
 
 static enum status stamp_id(struct store *store, struct stamp *ret)

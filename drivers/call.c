@@ -4,8 +4,9 @@
 #include <limits.h>
 #include <poll.h>
 #include <sys/eventfd.h>
-#include <time.h>
 #include <unistd.h>
+
+#include "base/clock.h"
 
 bool call_init(struct call *call)
 {
@@ -43,9 +44,7 @@ void call_cancel(struct call *call)
 
 int64_t call_now_ms(void)
 {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+    return clock_monotonic_ms();
 }
 
 enum call_end_of_wait call_wait(struct call *call, int fd, int64_t deadline_ms)

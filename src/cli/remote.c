@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "cli/member.h"
 #include "cli/out.h"
@@ -79,7 +80,7 @@ void remote_hold(struct remote *r, const char *lease, double lasts_ms)
     snprintf(r->lease, sizeof r->lease, "%s", lease != NULL ? lease : "");
     r->renew_ms =
         lasts_ms > 0.0 && lasts_ms < REMOTE_LEASE_MS ? (int64_t)lasts_ms / 3 : REMOTE_LEASE_MS / 3;
-    r->renew_at_ms = remote_now_ms() + r->renew_ms;
+    r->renew_at_ms = clock_monotonic_ms() + r->renew_ms;
 }
 
 bool remote_holds(const struct remote *r)
@@ -97,7 +98,7 @@ cJSON *remote_lease_params(const struct remote *r)
 /* One at a time. */
 static enum status renew(struct remote *r)
 {
-    r->renew_at_ms = remote_now_ms() + r->renew_ms;
+    r->renew_at_ms = clock_monotonic_ms() + r->renew_ms;
     if (r->renew_id != 0)
         return STATUS_OK;
     cJSON *params = remote_lease_params(r);
@@ -142,9 +143,9 @@ static enum remote_news wait_for(struct remote *r, const struct remote_watch *w)
     struct pollfd fds[] = { { r->socket.fd, POLLIN, 0 },
                             { w->input_fd, POLLIN, 0 },
                             { w->stop_fd, POLLIN, 0 } };
-    int64_t deadline = remote_now_ms() + w->timeout_ms;
+    int64_t deadline = clock_monotonic_ms() + w->timeout_ms;
     for (;;) {
-        int64_t now = remote_now_ms();
+        int64_t now = clock_monotonic_ms();
         bool holds = remote_holds(r);
         if (holds && now >= r->renew_at_ms && renew(r) != STATUS_OK)
             return REMOTE_GONE;
@@ -158,7 +159,7 @@ static enum remote_news wait_for(struct remote *r, const struct remote_watch *w)
             return REMOTE_LINE;
         if (fds[1].revents != 0)
             return REMOTE_INPUT;
-        if (ready == 0 && w->timeout_ms >= 0 && remote_now_ms() >= deadline)
+        if (ready == 0 && w->timeout_ms >= 0 && clock_monotonic_ms() >= deadline)
             return REMOTE_SILENT;
     }
 }

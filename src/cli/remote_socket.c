@@ -8,19 +8,11 @@
 #include <sys/socket.h>
 #include <sys/time.h>
 #include <sys/un.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "base/log.h"
 #include "cli/out.h"
 #include "station/protocol.h"
-
-int64_t remote_now_ms(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return 1000 * (int64_t)t.tv_sec + t.tv_nsec / 1000000;
-}
 
 /* ---- finding and connecting --------------------------------------------------------- */
 

@@ -30,6 +30,4 @@ const char *remote_socket_line(struct remote_socket *s, size_t *n);
  * for a line beyond the protocol's limit; not logged. */
 enum status remote_socket_read(struct remote_socket *s);
 
-int64_t remote_now_ms(void); /* monotonic */
-
 #endif

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "base/utf8.h"
 #include "json/give.h"
@@ -19,7 +20,7 @@ struct calibration_state bench_calibration(const struct bench *bench)
     int64_t max_age_ms = (int64_t)(bench->station->settings->calibration_hours * 3600e3);
     struct calibration_now now = {
         .boot_id = bench->station->machine_boot,
-        .boottime_ms = station_now_ms(),
+        .boottime_ms = clock_boottime_ms(),
         .connection = bench->connection,
         .aperture_mm = bench->identity.aperture_mm[bench->setup.aperture],
     };
@@ -133,7 +134,7 @@ static void add_status(cJSON *object, const struct bench *bench)
 
 static void add_lease(cJSON *object, const struct bench *bench)
 {
-    int64_t left = bench->lease.expires_ms - station_now_ms();
+    int64_t left = bench->lease.expires_ms - clock_boottime_ms();
     cJSON_AddBoolToObject(object, "leased", bench->lease.holder != 0);
     if (bench->lease.holder != 0)
         cJSON_AddNumberToObject(object, "lease_expires_in_ms", left > 0 ? (double)left : 0.0);

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "base/uuid.h"
 #include "station/bench.h"
@@ -17,7 +18,7 @@
 static cJSON *lease_json(const struct bench *bench)
 {
     cJSON *result = cJSON_CreateObject();
-    int64_t left = bench->lease.expires_ms - station_now_ms();
+    int64_t left = bench->lease.expires_ms - clock_boottime_ms();
     cJSON_AddStringToObject(result, "lease", bench->lease_name);
     cJSON_AddNumberToObject(result, "fence", (double)bench->lease.fence);
     cJSON_AddNumberToObject(result, "expires_in_ms", left > 0 ? (double)left : 0.0);
@@ -110,7 +111,7 @@ static void tick(struct bench *bench)
     uint64_t expired, next;
     size_t waiting = bench->lease.waiting;
     int64_t fence = bench->lease.fence; /* of the one that may have expired */
-    lease_tick(&bench->lease, station_now_ms(), &expired, &next);
+    lease_tick(&bench->lease, clock_boottime_ms(), &expired, &next);
     if (expired != 0)
         note_expired(bench, expired, fence);
     if (next != 0) {
@@ -192,7 +193,7 @@ struct bench *bench_of_lease(struct station *station, struct client *client,
             continue;
         tick(bench); /* it may be over before its timer is */
         if (strcmp(bench->lease_name, name) == 0 &&
-            lease_use(&bench->lease, client->number, bench->lease.fence, station_now_ms())) {
+            lease_use(&bench->lease, client->number, bench->lease.fence, clock_boottime_ms())) {
             set_timer(bench);
             return bench;
         }
@@ -215,7 +216,7 @@ static void acquire(struct bench *bench, const struct client *client, const stru
         return;
     }
     (void)lease_acquire(&bench->lease, client->number, params_integer(request, "ttl_ms", 0),
-                        params_is_true(request, "wait"), station_now_ms(), &outcome, &place);
+                        params_is_true(request, "wait"), clock_boottime_ms(), &outcome, &place);
     if (outcome == LEASE_GRANTED) {
         granted(bench, &ticket);
     } else if (outcome == LEASE_QUEUED) {
@@ -225,7 +226,7 @@ static void acquire(struct bench *bench, const struct client *client, const stru
         station_refuse_for(station, &ticket,
                            outcome == LEASE_FULL ? REASON_QUEUE_FULL : REASON_INSTRUMENT_BUSY,
                            "'%s' is leased for another %" PRId64 " s", bench->name,
-                           (bench->lease.expires_ms - station_now_ms() + 999) / 1000);
+                           (bench->lease.expires_ms - clock_boottime_ms() + 999) / 1000);
     }
 }
 
@@ -287,7 +288,7 @@ void serve_instrument_renew(struct station *station, struct client *client, stru
         return;
     }
     (void)lease_renew(&bench->lease, client->number, bench->lease.fence,
-                      params_integer(request, "ttl_ms", 0), station_now_ms());
+                      params_integer(request, "ttl_ms", 0), clock_boottime_ms());
     set_timer(bench);
     station_answer(station, &ticket, lease_json(bench));
 }

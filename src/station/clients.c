@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "base/clock.h"
 #include "base/log.h"
 
 enum { ACCEPT_AT_ONCE = 16, ACCEPT_REST_MS = 100 };
@@ -24,13 +24,6 @@ struct clients {
     struct clients_counts counts;
     struct client *place[];
 };
-
-static int64_t now_ms(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
-}
 
 static int open_spare(void)
 {
@@ -117,7 +110,7 @@ void client_send(struct client *client, const struct line *line)
 {
     if (client->doomed)
         return;
-    enum status s = connection_send(&client->connection, line->text, line->n, now_ms());
+    enum status s = connection_send(&client->connection, line->text, line->n, clock_monotonic_ms());
     if (s == STATUS_RANGE) {
         log_warning("station: client '%s' of user %u does not read; dropped", client->name,
                     (unsigned)client->peer.uid);
@@ -184,7 +177,8 @@ static int on_io(sd_event_source *source, int fd, uint32_t events, void *userdat
     (void)fd;
     bool readable = (events & EPOLLIN) != 0; /* what was said before a hang-up still counts */
     bool gone = !readable && (events & (EPOLLHUP | EPOLLERR)) != 0;
-    if ((events & EPOLLOUT) != 0 && connection_flush(&client->connection, now_ms()) != STATUS_OK)
+    if ((events & EPOLLOUT) != 0 &&
+        connection_flush(&client->connection, clock_monotonic_ms()) != STATUS_OK)
         gone = true;
     if (gone)
         drop(client);
@@ -209,7 +203,7 @@ static int on_deadline(sd_event_source *source, uint64_t at_us, void *userdata)
     struct client *client = userdata;
     (void)source;
     (void)at_us;
-    if (now_ms() < connection_deadline_ms(&client->connection)) {
+    if (clock_monotonic_ms() < connection_deadline_ms(&client->connection)) {
         watch(client);
         return 0;
     }
@@ -298,7 +292,8 @@ static void let_in(struct clients *clients, int fd, const struct peer *peer)
 static void rest(struct clients *clients)
 {
     sd_event_source_set_enabled(clients->listener, SD_EVENT_OFF);
-    sd_event_source_set_time(clients->rested, (uint64_t)(now_ms() + ACCEPT_REST_MS) * 1000);
+    sd_event_source_set_time(clients->rested,
+                             (uint64_t)(clock_monotonic_ms() + ACCEPT_REST_MS) * 1000);
     sd_event_source_set_enabled(clients->rested, SD_EVENT_ONESHOT);
 }
 

@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "station/bench.h"
 
@@ -160,7 +161,7 @@ static int on_timer(sd_event_source *source, uint64_t at_us, void *userdata)
 {
     struct housekeeping *keeping = userdata;
     struct station *station = keeping->station;
-    int64_t now_ms = station_now_ms();
+    int64_t now_ms = clock_boottime_ms();
     (void)at_us;
     for (size_t i = 0; i < station->benches_n; i++)
         bench_tell_changes(station->benches[i]);
@@ -192,7 +193,7 @@ enum status housekeeping_start(struct station *station)
     if (keeping == NULL)
         return STATUS_NO_MEMORY;
     keeping->station = station;
-    keeping->pruned_ms = station_now_ms() - PRUNE_EVERY_MS; /* a station may be off at night */
+    keeping->pruned_ms = clock_boottime_ms() - PRUNE_EVERY_MS; /* a station may be off at night */
     if (sd_event_add_time_relative(station->event, NULL, CLOCK_BOOTTIME, EVERY_MS * UINT64_C(1000),
                                    SLACK_US, on_timer, keeping) < 0) {
         free(keeping);

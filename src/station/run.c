@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "json/give.h"
 #include "station/params.h"
@@ -407,7 +408,7 @@ static void take_circumstances(struct run *run, const struct client *client,
     snprintf(r->calibration_id, sizeof r->calibration_id, "%s",
              bench->calibration_id[DRIVER_CALIBRATION_WHITE]);
     snprintf(r->boot_id, sizeof r->boot_id, "%s", bench->station->machine_boot);
-    r->boottime_ms = station_now_ms();
+    r->boottime_ms = clock_boottime_ms();
     r->instrument = bench_instrument(bench);
     r->fence = bench->lease.fence;
     r->owner_uid = client->peer.uid;

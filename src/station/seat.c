@@ -7,6 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "drivers/registry.h"
 
@@ -367,11 +368,11 @@ enum status seats_open(struct station *station)
 bool seats_stop(struct station *station, int patience_ms)
 {
     bool all = true;
-    int64_t deadline_ms = station_now_ms() + patience_ms;
+    int64_t deadline_ms = clock_boottime_ms() + patience_ms;
     for (struct seat *seat = station->seats; seat != NULL; seat = seat->next)
         (void)end_thread(seat, 0); /* all at once, one patience for all */
     for (struct seat *seat = station->seats; seat != NULL; seat = seat->next) {
-        int64_t left_ms = deadline_ms - station_now_ms();
+        int64_t left_ms = deadline_ms - clock_boottime_ms();
         if (end_thread(seat, patience_ms > 0 && left_ms > 1 ? (int)left_ms : 1))
             continue;
         log_warning("station: an instrument of %s does not answer; left behind",

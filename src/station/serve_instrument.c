@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "json/give.h"
 #include "station/bench.h"
 #include "station/params.h"
@@ -200,7 +201,7 @@ static void calibrated(struct job *job)
     }
     work->made = (struct calibration_made){
         .made = true,
-        .boottime_ms = station_now_ms(),
+        .boottime_ms = clock_boottime_ms(),
         .connection = work->connections_before + work->unit.connection,
         .aperture_mm = bench->identity.aperture_mm[bench->setup.aperture],
     };

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "station/params.h"
 #include "station/reading.h"
 #include "station/serve.h"
@@ -249,7 +250,7 @@ static void take_circumstances(const struct station *station, const struct clien
     params_copy(request, "site", record->site, sizeof record->site);
     snprintf(record->operator_name, sizeof record->operator_name, "%s", client->operator_name);
     snprintf(record->boot_id, sizeof record->boot_id, "%s", station->machine_boot);
-    record->boottime_ms = station_now_ms();
+    record->boottime_ms = clock_boottime_ms();
     record->owner_uid = client->peer.uid;
     strcpy(record->flags, "[]");
 }

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/version.h"
 #include "json/give.h"
 #include "station/bench.h"
@@ -34,13 +35,13 @@ cJSON *status_json(struct station *station)
 {
     char now[STORE_TIME_SIZE];
     cJSON *status = cJSON_CreateObject();
-    station_time_text(station_realtime_ms(), now);
+    clock_text(clock_realtime_ms(), now);
     cJSON_AddStringToObject(status, "server", "skinspecd " SKINSPEC_VERSION);
     if (station->store.station_id[0] != '\0')
         cJSON_AddStringToObject(status, "station_id", station->store.station_id);
     cJSON_AddStringToObject(status, "boot", station->boot);
     cJSON_AddNumberToObject(status, "uptime_s",
-                            (double)(station_now_ms() - station->started_ms) / 1e3);
+                            (double)(clock_boottime_ms() - station->started_ms) / 1e3);
     cJSON_AddStringToObject(status, "time", now);
     add_table(station, status);
     add_store(station, status);

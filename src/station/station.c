@@ -6,8 +6,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "base/version.h"
 #include "json/memory.h"
@@ -19,34 +19,6 @@
 #include "station/serve.h"
 
 enum { STOP_PATIENCE_MS = 400 };
-
-/* ---- time --------------------------------------------------------------------------- */
-
-static int64_t clock_ms(clockid_t clock)
-{
-    struct timespec t;
-    clock_gettime(clock, &t);
-    return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
-}
-
-int64_t station_now_ms(void)
-{
-    return clock_ms(CLOCK_BOOTTIME);
-}
-
-int64_t station_realtime_ms(void)
-{
-    return clock_ms(CLOCK_REALTIME);
-}
-
-void station_time_text(int64_t realtime_ms, char text[STORE_TIME_SIZE])
-{
-    time_t seconds = (time_t)(realtime_ms / 1000);
-    struct tm utc;
-    gmtime_r(&seconds, &utc);
-    size_t n = strftime(text, STORE_TIME_SIZE, "%Y-%m-%dT%H:%M:%S", &utc);
-    snprintf(text + n, STORE_TIME_SIZE - n, ".%03dZ", (int)(realtime_ms % 1000));
-}
 
 /* ---- answers ------------------------------------------------------------------------ */
 
@@ -394,7 +366,7 @@ static enum status open_tables(struct station *station)
 enum status station_open(struct station *station)
 {
     const struct settings *settings = station->settings;
-    station->started_ms = station_now_ms();
+    station->started_ms = clock_boottime_ms();
     events_init(&station->events);
     read_machine_boot(station->machine_boot);
     enum status s = inbox_init(&station->inbox);

@@ -196,13 +196,6 @@ void station_park(struct station *station, const struct client *client, struct r
 void station_serve_parked(struct station *station);
 void station_table_changed(void *station, const char *name);
 
-/* ---- time --------------------------------------------------------------------------------------
- */
-
-int64_t station_now_ms(void);      /* CLOCK_BOOTTIME */
-int64_t station_realtime_ms(void); /* since 1970 */
-void station_time_text(int64_t realtime_ms, char text[STORE_TIME_SIZE]);
-
 /* ---- life ---------------------------------------------------------------------------------------
  */
 

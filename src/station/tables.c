@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <time.h>
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "base/utf8.h"
 
@@ -59,13 +59,6 @@ struct tables {
     char missing[TABLES_ERROR_SIZE]; /* said of the default table where it is not there */
     struct entry *first;             /* by name; a name once known stays in the list */
 };
-
-static int64_t now_ms(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
-}
 
 static enum tables_state state_of(const struct entry *e)
 {
@@ -206,7 +199,7 @@ static void done(struct job *job)
         e->info = e->job_info;
         e->loaded = e->job_loaded;
     } else {
-        e->failed_at_ms = now_ms();
+        e->failed_at_ms = clock_monotonic_ms();
         say_refused(e);
     }
     if (!e->wanted)
@@ -226,7 +219,7 @@ static void done(struct job *job)
 static bool retry_is_due(const struct entry *e)
 {
     return (e->status == STATUS_IO || e->status == STATUS_NO_MEMORY || e->status == STATUS_DB) &&
-           now_ms() - e->failed_at_ms >= RETRY_MS;
+           clock_monotonic_ms() - e->failed_at_ms >= RETRY_MS;
 }
 
 /* See how its file is, and have it read where it is new, or wanted and not loaded. */

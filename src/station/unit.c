@@ -5,19 +5,14 @@
 #include <string.h>
 #include <time.h>
 
+#include "base/clock.h"
+
 enum { FIRST_PAUSE_MS = 200, LONGEST_PAUSE_MS = 5000 };
 
 /* A cancellation misses a call that has not quite begun: closing repeats it. */
 enum { CANCEL_EVERY_MS = 50 };
 
-/* ---- time --------------------------------------------------------------------------- */
-
-int64_t unit_now_ms(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
-}
+/* ---- waiting ------------------------------------------------------------------------ */
 
 /* With the lock held: until something changed, or it is later than that. */
 static void wait_for_change(struct unit *u, int64_t until_ms)
@@ -29,7 +24,7 @@ static void wait_for_change(struct unit *u, int64_t until_ms)
 bool unit_wait_for(struct unit *u, const bool *flag, int64_t until_ms)
 {
     pthread_mutex_lock(&u->lock);
-    while (!*flag && unit_now_ms() < until_ms)
+    while (!*flag && clock_monotonic_ms() < until_ms)
         wait_for_change(u, until_ms);
     bool raised = *flag;
     pthread_mutex_unlock(&u->lock);
@@ -108,9 +103,9 @@ static void go_down(struct unit *u, const struct driver_error *why)
 /* Before it is opened again; true: cut short, as it may be there by now. */
 static bool rest(struct unit *u, int64_t pause_ms)
 {
-    int64_t until_ms = unit_now_ms() + pause_ms;
+    int64_t until_ms = clock_monotonic_ms() + pause_ms;
     pthread_mutex_lock(&u->lock);
-    while (!u->closing && !u->try_now && unit_now_ms() < until_ms)
+    while (!u->closing && !u->try_now && clock_monotonic_ms() < until_ms)
         wait_for_change(u, until_ms);
     bool cut_short = u->try_now;
     u->try_now = false;
@@ -229,7 +224,7 @@ bool unit_close(struct unit *u, int patience_ms)
 {
     if (u == NULL)
         return true;
-    int64_t until_ms = unit_now_ms() + patience_ms;
+    int64_t until_ms = clock_monotonic_ms() + patience_ms;
     pthread_mutex_lock(&u->lock);
     u->closing = u->cancelled = true;
     pthread_cond_broadcast(&u->changed);
@@ -237,10 +232,11 @@ bool unit_close(struct unit *u, int patience_ms)
     for (;;) {
         if (u->instrument != NULL)
             u->driver->cancel(u->instrument);
-        int64_t left_ms = until_ms - unit_now_ms();
+        int64_t left_ms = until_ms - clock_monotonic_ms();
         if (u->ended || left_ms <= 0)
             break;
-        wait_for_change(u, unit_now_ms() + (left_ms < CANCEL_EVERY_MS ? left_ms : CANCEL_EVERY_MS));
+        wait_for_change(u, clock_monotonic_ms() +
+                               (left_ms < CANCEL_EVERY_MS ? left_ms : CANCEL_EVERY_MS));
     }
     bool ended = u->ended;
     pthread_mutex_unlock(&u->lock);

@@ -39,8 +39,6 @@ struct unit {
 
 /* ---- unit.c ------------------------------------------------------------------------- */
 
-int64_t unit_now_ms(void); /* CLOCK_MONOTONIC */
-
 /* Wait for one of the flags under the lock; false: it was not raised by then. */
 bool unit_wait_for(struct unit *unit, const bool *flag, int64_t until_ms);
 bool unit_is(struct unit *unit, const bool *flag); /* at once */

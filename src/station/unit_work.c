@@ -1,12 +1,13 @@
 /* unit_work.c - what the thread does while the instrument is open: jobs, and in between the
  * button and the status. */
+#include "base/clock.h"
 #include "station/unit_private.h"
 
 /* ---- jobs --------------------------------------------------------------------------- */
 
 static void ask_status_in(struct unit *u, int64_t in_ms)
 {
-    u->status_at_ms = unit_now_ms() + in_ms;
+    u->status_at_ms = clock_monotonic_ms() + in_ms;
 }
 
 void unit_keep_status(struct unit *u, const struct driver_status *status)
@@ -69,7 +70,7 @@ static enum driver_result wait_for_press(struct unit *u, int64_t until_ms, bool 
 {
     enum driver_result r;
     do {
-        int64_t left_ms = until_ms - unit_now_ms();
+        int64_t left_ms = until_ms - clock_monotonic_ms();
         r = u->driver->wait_button(u->instrument, left_ms > 0 ? (int)left_ms : 0, pressed, error);
     } while (r == DRIVER_CANCELLED && !unit_is(u, &u->cancelled));
     return r;
@@ -78,7 +79,7 @@ static enum driver_result wait_for_press(struct unit *u, int64_t until_ms, bool 
 static enum driver_result do_wait(struct unit *u, struct unit_job *job)
 {
     bool earlier;
-    int64_t until_ms = unit_now_ms() + job->timeout_ms;
+    int64_t until_ms = clock_monotonic_ms() + job->timeout_ms;
     if (!u->identity.has_button) {
         if (unit_wait_for(u, &u->cancelled, until_ms))
             return driver_fail(&job->error, DRIVER_CANCELLED, NULL, "cancelled");
@@ -208,7 +209,7 @@ static void end_idling(struct unit *u)
 static enum driver_result watch_button(struct unit *u, struct driver_error *error)
 {
     bool pressed = false;
-    int64_t left_ms = u->status_at_ms - unit_now_ms();
+    int64_t left_ms = u->status_at_ms - clock_monotonic_ms();
     if (!begin_idling(u))
         return DRIVER_OK;
     enum driver_result r =
@@ -226,12 +227,12 @@ void unit_serve(struct unit *u, struct driver_error *error)
 {
     enum driver_result r = DRIVER_OK;
     while (r != DRIVER_GONE && !unit_is(u, &u->closing)) {
-        int64_t left_ms = u->status_at_ms - unit_now_ms();
+        int64_t left_ms = u->status_at_ms - clock_monotonic_ms();
         bool looks_only = u->watches_button || left_ms <= 0;
         struct job *job = job_queue_take(&u->queue, looks_only ? 0 : (int)left_ms, NULL);
         if (job != NULL)
             r = do_job(u, (struct unit_job *)job, error);
-        else if (u->status_at_ms <= unit_now_ms())
+        else if (u->status_at_ms <= clock_monotonic_ms())
             r = ask_status(u, error);
         else if (u->watches_button)
             r = watch_button(u, error);

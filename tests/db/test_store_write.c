@@ -882,7 +882,7 @@ static void test_times(void)
     };
     char text[STORE_TIME_SIZE];
     for (size_t i = 0; i < sizeof times / sizeof *times; i++) {
-        store_time_text(times[i].ms, text);
+        clock_text(times[i].ms, text);
         TEST_ASSERT_EQUAL_STRING(times[i].text, text);
     }
     TEST_ASSERT_TRUE(store_now_ms(NULL) > INT64_C(1700000000000));

@@ -52,7 +52,6 @@ static int test_pthread_create(pthread_t *thread, const pthread_attr_t *attribut
 #define unit_cancel test_unit_cancel
 #define unit_close test_unit_close
 #define unit_try_now test_unit_try_now
-#define unit_now_ms test_unit_now_ms
 #define unit_wait_for test_unit_wait_for
 #define unit_is test_unit_is
 #define unit_serve test_unit_serve
