@@ -9,6 +9,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "base/clock.h"
 #include "station/bench.h"
 #include "station/housekeeping.h"
 #include "station/listener.h"
@@ -47,8 +48,8 @@ static inline void turn(uint64_t wait_us)
 /* Turn the loop until this is so; false: it did not become so. */
 static inline bool comes(bool is_so(void))
 {
-    int64_t until_ms = station_now_ms() + LONG_MS;
-    while (!is_so() && station_now_ms() < until_ms)
+    int64_t until_ms = clock_boottime_ms() + LONG_MS;
+    while (!is_so() && clock_boottime_ms() < until_ms)
         turn(LOOK_US);
     return is_so();
 }
@@ -187,9 +188,9 @@ static inline bool visitor_come(struct visitor *v)
     v->fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (v->fd < 0 || connect(v->fd, (struct sockaddr *)&address, sizeof address) != 0)
         return false;
-    int64_t until_ms = station_now_ms() + LONG_MS;
+    int64_t until_ms = clock_boottime_ms() + LONG_MS;
     const char *hello = NULL;
-    while (hello == NULL && v->fd >= 0 && station_now_ms() < until_ms) {
+    while (hello == NULL && v->fd >= 0 && clock_boottime_ms() < until_ms) {
         turn(LOOK_US);
         visitor_read(v);
         hello = visitor_line(v, &n);
@@ -227,9 +228,9 @@ static inline bool is_answer_to(const char *line, size_t n, int id, enum outcome
 
 static inline enum outcome visitor_wait(struct visitor *v, int id)
 {
-    int64_t until_ms = station_now_ms() + LONG_MS;
+    int64_t until_ms = clock_boottime_ms() + LONG_MS;
     enum outcome outcome;
-    while (station_now_ms() < until_ms) {
+    while (clock_boottime_ms() < until_ms) {
         const char *line;
         size_t n;
         visitor_read(v);
