@@ -1,8 +1,10 @@
 /* clients.h - the connections: who is let in, their lines, and what is sent to them.
  *
- * All on the loop's thread.  A client is known to others by its number, which never comes
- * again: whoever has an answer later asks whether it is still there.  A client that is
- * dropped in the middle of something is freed afterwards, from the loop. */
+ * All on the loop's thread, which takes them by rounds: what has been said by up to
+ * CLIENTS_AT_ONCE of them, one after the other, before the loop looks elsewhere.  A client is known
+ * to others by its number, which never comes again: whoever has an answer later asks whether it is
+ * still there.  A client that is dropped in the middle of something is freed afterwards, from the
+ * loop. */
 #ifndef SKINSPEC_STATION_CLIENTS_H
 #define SKINSPEC_STATION_CLIENTS_H
 
@@ -18,6 +20,7 @@
 #include "station/settings.h"
 
 enum {
+    CLIENTS_AT_ONCE = 16,      /* in a round */
     CLIENTS_LINES_AT_ONCE = 8, /* of one client before the others have their turn */
     CLIENTS_NAME_SIZE = 64,
     CLIENTS_LEASE_SIZE = 64,
@@ -33,7 +36,8 @@ struct client {
     struct clients *of;
     struct connection connection;
     struct peer peer;
-    sd_event_source *io, *again, *deadline;
+    uint32_t watched; /* epoll events */
+    sd_event_source *again, *deadline;
     bool leaving;   /* no more is read; goes when all is sent */
     bool said_all;  /* it has closed its half: goes when all is answered and sent */
     bool turn_over; /* what else it has said waits until the others had their turn */

@@ -124,16 +124,24 @@ void job_queue_done(struct job_queue *queue)
     pthread_mutex_destroy(&queue->lock);
 }
 
-bool job_queue_put(struct job_queue *queue, struct job *job)
+bool job_queue_put_all(struct job_queue *queue, struct job_list *jobs)
 {
     pthread_mutex_lock(&queue->lock);
     bool takes = !queue->closed;
     if (takes)
-        job_list_add(&queue->jobs, job);
+        append_all(&queue->jobs, jobs);
     pthread_mutex_unlock(&queue->lock);
     if (takes)
         pthread_cond_signal(&queue->some); /* not before: it would run into the lock */
     return takes;
+}
+
+bool job_queue_put(struct job_queue *queue, struct job *job)
+{
+    struct job_list one;
+    job_list_init(&one);
+    job_list_add(&one, job);
+    return job_queue_put_all(queue, &one);
 }
 
 size_t job_queue_length(struct job_queue *queue)

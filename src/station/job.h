@@ -55,6 +55,8 @@ struct job_queue {
 void job_queue_init(struct job_queue *queue);
 void job_queue_done(struct job_queue *queue);
 bool job_queue_put(struct job_queue *queue, struct job *job); /* false: closed, not taken */
+/* The same of all in the list, which is empty then; for a queue that one thread takes from. */
+bool job_queue_put_all(struct job_queue *queue, struct job_list *jobs);
 size_t job_queue_length(struct job_queue *queue);
 
 /* No more will come: takers get what is left, then nothing. */

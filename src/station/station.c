@@ -328,6 +328,26 @@ static int on_inbox(sd_event_source *source, int fd, uint32_t events, void *user
     return 0;
 }
 
+/* Before the loop looks for what is next: what was asked of the writer meanwhile. */
+static int before_next(sd_event_source *source, void *userdata)
+{
+    struct station *station = userdata;
+    (void)source;
+    writer_hand_over(station->writer);
+    return 0;
+}
+
+static bool watch_inbox(struct station *station)
+{
+    sd_event_source *source = NULL;
+    bool good = sd_event_add_io(station->event, &source, station->inbox.fd, EPOLLIN, on_inbox,
+                                station) >= 0 &&
+                sd_event_source_set_prepare(source, before_next) >= 0 &&
+                sd_event_source_set_floating(source, 1) >= 0;
+    sd_event_source_unref(source); /* floating: it is the loop's now */
+    return good;
+}
+
 /* The kernel makes it anew with every start of the machine: CLOCK_BOOTTIME counts from there. */
 static void read_machine_boot(char text[UUID_TEXT_SIZE])
 {
@@ -386,7 +406,7 @@ enum status station_open(struct station *station)
     if (s == STATUS_OK)
         s = seats_open(station);
     if (s == STATUS_OK &&
-        (sd_event_add_io(station->event, NULL, station->inbox.fd, EPOLLIN, on_inbox, station) < 0 ||
+        (!watch_inbox(station) ||
          sd_event_add_defer(station->event, &station->unpark, on_unpark, station) < 0))
         s = STATUS_NO_MEMORY;
     return s;

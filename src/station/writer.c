@@ -10,6 +10,8 @@
 
 struct writer {
     pthread_t thread;
+    struct job_list asked; /* of the asking thread, as is `stopped` */
+    bool stopped;
     struct job_queue queue;
     struct inbox *inbox;
     struct store_claim *claim;
@@ -273,6 +275,7 @@ enum status writer_open(struct store_claim *claim, struct inbox *inbox, struct w
         return STATUS_NO_MEMORY;
     writer->claim = claim;
     writer->inbox = inbox;
+    job_list_init(&writer->asked);
     job_queue_init(&writer->queue);
     pthread_mutex_init(&writer->lock, NULL);
     if (pthread_create(&writer->thread, NULL, work, writer) != 0) {
@@ -288,16 +291,26 @@ enum status writer_open(struct store_claim *claim, struct inbox *inbox, struct w
 
 void writer_ask(struct writer *writer, struct write_job *job)
 {
-    if (job_queue_put(&writer->queue, &job->job))
+    if (writer->stopped) {
+        job->status = STATUS_CANCELLED;
+        inbox_put(writer->inbox, &job->job);
         return;
-    job->status = STATUS_CANCELLED;
-    inbox_put(writer->inbox, &job->job);
+    }
+    job_list_add(&writer->asked, &job->job);
+}
+
+void writer_hand_over(struct writer *writer)
+{
+    if (writer != NULL && writer->asked.first != NULL)
+        (void)job_queue_put_all(&writer->queue, &writer->asked); /* closed by writer_stop() alone */
 }
 
 void writer_stop(struct writer *writer)
 {
     if (writer == NULL)
         return;
+    writer_hand_over(writer);
+    writer->stopped = true;
     job_queue_close(&writer->queue);
     pthread_join(writer->thread, NULL);
 }

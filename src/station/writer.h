@@ -65,7 +65,13 @@ struct writer;
 /* Start the thread.  The claim stays the caller's and outlives the writer; the store is
  * opened by the first job that needs it, and stays open. */
 enum status writer_open(struct store_claim *claim, struct inbox *inbox, struct writer **ret);
+
+/* All on one thread, the loop's.  What is asked is collected, and the thread gets all of it
+ * at once by writer_hand_over(), which the loop calls before it looks for what is next: the
+ * requests of one round are one waking and one commit, even where a commit takes no
+ * time in which others could queue up. */
 void writer_ask(struct writer *writer, struct write_job *job);
+void writer_hand_over(struct writer *writer); /* takes NULL */
 
 /* Write what has been asked, close the store, end the thread.  What is asked later is done
  * with STATUS_CANCELLED.  Takes NULL. */

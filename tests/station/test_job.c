@@ -94,6 +94,30 @@ static void test_many_producers(void)
     free(jobs);
 }
 
+/* Behind what is there, in order; the list can be used again. */
+static void test_all_at_once(void)
+{
+    struct numbered n[4] = { { .number = 0 }, { .number = 1 }, { .number = 2 }, { .number = 3 } };
+    struct job_list some, none;
+    job_list_init(&some);
+    job_list_init(&none);
+    job_list_add(&some, &n[1].job);
+    job_list_add(&some, &n[2].job);
+    TEST_ASSERT_TRUE(job_queue_put(&queue, &n[0].job));
+    TEST_ASSERT_TRUE(job_queue_put_all(&queue, &some));
+    TEST_ASSERT_TRUE(job_queue_put_all(&queue, &none));
+    TEST_ASSERT_TRUE(some.n == 0 && some.first == NULL);
+    job_list_add(&some, &n[3].job);
+    TEST_ASSERT_TRUE(job_queue_put_all(&queue, &some));
+    TEST_ASSERT_EQUAL_size_t(4, job_queue_length(&queue));
+    for (int i = 0; i < 4; i++)
+        TEST_ASSERT_EQUAL_PTR(&n[i], job_queue_take(&queue, 0, NULL));
+    job_queue_close(&queue);
+    job_list_add(&some, &n[0].job);
+    TEST_ASSERT_FALSE(job_queue_put_all(&queue, &some));
+    TEST_ASSERT_EQUAL_PTR_MESSAGE(&n[0], job_list_take(&some), "not taken: still there");
+}
+
 static void test_closed_queue_gives_what_is_left(void)
 {
     struct numbered n[2] = { { .number = 0 }, { .number = 1 } };
@@ -187,6 +211,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_list_keeps_the_order);
     RUN_TEST(test_many_producers);
+    RUN_TEST(test_all_at_once);
     RUN_TEST(test_closed_queue_gives_what_is_left);
     RUN_TEST(test_waiting_ends_in_time);
     RUN_TEST(test_inbox_is_readable_while_there_is_something);

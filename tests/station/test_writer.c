@@ -43,6 +43,7 @@ static void count(struct job *job)
 
 static void drain_until(size_t n)
 {
+    writer_hand_over(writer);
     while (done_n < n) {
         struct pollfd p = { .fd = inbox.fd, .events = POLLIN };
         TEST_ASSERT_EQUAL_INT_MESSAGE(1, poll(&p, 1, 10000), "the writer does not answer");
@@ -97,6 +98,29 @@ static void test_each_job_on_its_own(void)
     TEST_ASSERT_EQUAL_INT64(kept, newest());
     struct writer_counts counts = writer_count(writer);
     TEST_ASSERT_TRUE(counts.jobs == MANY && counts.groups >= 1 && counts.groups <= MANY);
+}
+
+/* What is asked waits to be handed over, and is then one group. */
+static void test_handed_over_at_once(void)
+{
+    static struct write_job job[MANY];
+    struct pollfd early = { .fd = inbox.fd, .events = POLLIN };
+    for (size_t i = 0; i < MANY; i++) {
+        job[i] = record_job();
+        writer_ask(writer, &job[i]);
+    }
+    TEST_ASSERT_EQUAL_INT(0, poll(&early, 1, 50));
+    drain_until(MANY);
+    for (size_t i = 0; i < MANY; i++) {
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, job[i].status);
+        TEST_ASSERT_EQUAL_INT64_MESSAGE((int64_t)i + 1, job[i].record->seq, "in their order");
+        free(job[i].record);
+    }
+    struct writer_counts counts = writer_count(writer);
+    TEST_ASSERT_TRUE(counts.jobs == MANY && counts.groups == 1);
+    writer_hand_over(writer); /* nothing */
+    writer_hand_over(NULL);
+    TEST_ASSERT_EQUAL_INT(0, poll(&early, 1, 10));
 }
 
 static void test_retry_is_known(void)
@@ -305,6 +329,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_each_job_on_its_own);
+    RUN_TEST(test_handed_over_at_once);
     RUN_TEST(test_retry_is_known);
     RUN_TEST(test_opening_tells_the_id);
     RUN_TEST(test_fences_are_reserved);
