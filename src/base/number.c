@@ -4,6 +4,7 @@
 #include "base/number.h"
 
 #include <errno.h>
+#include <float.h>
 #include <locale.h>
 #include <math.h>
 #include <pthread.h>
@@ -42,6 +43,48 @@ enum status number_parse(const char *text, double *ret)
         return STATUS_RANGE;
     *ret = x;
     return STATUS_OK;
+}
+
+/* "-0.2146": [-]digits[.digits] of at most 15 digits.  Their whole number is below 2^53 and
+ * the power of ten at most 1e15: both are exact as doubles, so that the one division
+ * rounds as IEEE 754 says, which is what strtod() gives.  False for anything else. */
+static bool parse_by_whole_numbers(const char *text, size_t n, double *ret)
+{
+    static const double power[] = { 1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                    1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15 };
+    const bool negative = n > 0 && text[0] == '-';
+    const char *at = text + (negative ? 1 : 0), *end = text + n, *point = NULL;
+    int64_t whole = 0;
+    /* Beyond the widest precision a compiler may compute in, it would round twice. */
+    if (FLT_EVAL_METHOD != 0 || end - at > 16 || at == end || *at == '.' || end[-1] == '.')
+        return false;
+    for (; at < end; at++) {
+        if (*at >= '0' && *at <= '9')
+            whole = 10 * whole + (*at - '0');
+        else if (*at == '.' && point == NULL)
+            point = at;
+        else
+            return false;
+    }
+    size_t decimals = point != NULL ? (size_t)(end - point) - 1 : 0;
+    if (point == NULL && n > 15)
+        return false;
+    *ret = (double)whole / power[decimals];
+    if (negative)
+        *ret = -*ret;
+    return true;
+}
+
+enum status number_parse_n(const char *text, size_t n, double *ret)
+{
+    char whole[NUMBER_LONGEST];
+    if (parse_by_whole_numbers(text, n, ret))
+        return STATUS_OK;
+    if (n >= sizeof whole || memchr(text, '\0', n) != NULL)
+        return STATUS_FORMAT;
+    memcpy(whole, text, n);
+    whole[n] = '\0';
+    return number_parse(whole, ret);
 }
 
 enum status number_parse_count(const char *text, size_t max, size_t *ret)

@@ -11,6 +11,12 @@
  * included; STATUS_RANGE where it overflows a double. */
 enum status number_parse(const char *text, double *ret);
 
+/* The same of n bytes that need no NUL behind them: STATUS_FORMAT also where they are
+ * NUMBER_LONGEST or more.  What has up to 15 digits and no exponent is read by whole numbers,
+ * many times as fast as strtod() and to the same bits. */
+enum { NUMBER_LONGEST = 64 };
+enum status number_parse_n(const char *text, size_t n, double *ret);
+
 /* The whole text as an integer 0 .. max. */
 enum status number_parse_count(const char *text, size_t max, size_t *ret);
 

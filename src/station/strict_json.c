@@ -1,4 +1,4 @@
-/* strict_json.c - a reader by recursive descent that keeps nothing. */
+/* strict_json.c - a reader by recursive descent; on request it makes the tree as it goes. */
 #include "station/strict_json.h"
 
 #include <stdbool.h>
@@ -13,6 +13,8 @@ struct reader {
     const char *begin, *at, *end;
     int depth;
     enum strict_json_fault fault;
+    bool builds;    /* a tree of what is read */
+    bool no_memory; /* for more of it: the text is read on, as a fault comes first */
 };
 
 static bool fail(struct reader *r, enum strict_json_fault fault)
@@ -106,26 +108,34 @@ static int32_t escape(const char **at, const char *end)
     return found != NULL ? means[found - letters] : -1;
 }
 
-/* A string from its opening quote; *from and *to are what stands between the quotes. */
-static bool read_string(struct reader *r, const char **from, const char **to)
+/* What stands between the quotes. */
+struct piece {
+    const char *from, *to;
+    bool escaped; /* somewhere in it */
+};
+
+/* A string from its opening quote. */
+static bool read_string(struct reader *r, struct piece *ret)
 {
     if (!take(r, '"'))
         return false;
-    *from = r->at;
+    ret->from = r->at;
+    ret->escaped = false;
     while (peek(r) != '"') {
         if (r->at == r->end || (unsigned char)*r->at < 0x20)
             return fail(r, STRICT_JSON_SYNTAX);
         if (*r->at++ != '\\')
             continue;
+        ret->escaped = true;
         int32_t x = escape(&r->at, r->end);
         if (x <= 0)
             return fail(r, x < 0 ? STRICT_JSON_SYNTAX : STRICT_JSON_NUL);
     }
-    *to = r->at++;
+    ret->to = r->at++;
     return true;
 }
 
-/* The next character of a name as UTF-8; its length. */
+/* The next character of a string as UTF-8; its length. */
 static size_t next_character(const char **at, const char *end, char utf8[4])
 {
     int32_t x = (unsigned char)*(*at)++;
@@ -146,10 +156,6 @@ static size_t next_character(const char **at, const char *end, char utf8[4])
     return n;
 }
 
-struct name {
-    const char *from, *to;
-};
-
 /* The bytes of a name one by one, escapes resolved. */
 struct cursor {
     const char *at, *end;
@@ -168,9 +174,12 @@ static int next_byte(struct cursor *c)
     return (unsigned char)c->utf8[c->i++];
 }
 
-static bool same_name(struct name a, struct name b)
+static bool same_name(const struct piece *a, const struct piece *b)
 {
-    struct cursor x = { .at = a.from, .end = a.to }, y = { .at = b.from, .end = b.to };
+    struct cursor x = { .at = a->from, .end = a->to }, y = { .at = b->from, .end = b->to };
+    size_t n = (size_t)(a->to - a->from);
+    if (!a->escaped && !b->escaped)
+        return n == (size_t)(b->to - b->from) && memcmp(a->from, b->from, n) == 0;
     for (;;) {
         int next = next_byte(&x);
         if (next != next_byte(&y))
@@ -178,6 +187,69 @@ static bool same_name(struct name a, struct name b)
         if (next < 0)
             return true;
     }
+}
+
+/* ---- the tree, as cJSON would make it ----------------------------------------------- */
+
+/* Items and texts are NULL where no tree is made, or there is no memory for it. */
+static cJSON *made(struct reader *r, cJSON *item, int type)
+{
+    if (item == NULL)
+        r->no_memory = true;
+    else
+        item->type = type;
+    return item;
+}
+
+static bool builds(const struct reader *r)
+{
+    return r->builds && !r->no_memory;
+}
+
+static cJSON *make_item(struct reader *r, int type)
+{
+    return builds(r) ? made(r, cJSON_CreateNull(), type) : NULL;
+}
+
+static cJSON *make_number(struct reader *r, double x)
+{
+    return builds(r) ? made(r, cJSON_CreateNumber(x), cJSON_Number) : NULL;
+}
+
+/* With escapes resolved, which makes it no longer. */
+static char *make_text(struct reader *r, const struct piece *piece)
+{
+    size_t n = (size_t)(piece->to - piece->from);
+    char *text = builds(r) ? cJSON_malloc(n + 1) : NULL;
+    if (text == NULL) {
+        r->no_memory = r->builds;
+        return NULL;
+    }
+    char *to = text;
+    if (piece->escaped) {
+        for (const char *at = piece->from; at < piece->to;)
+            to += next_character(&at, piece->to, to);
+    } else {
+        memcpy(text, piece->from, n);
+        to += n;
+    }
+    *to = '\0';
+    return text;
+}
+
+/* The first knows the last. */
+static void append(cJSON *list, cJSON *item)
+{
+    if (list == NULL || item == NULL)
+        return;
+    cJSON *first = list->child;
+    if (first == NULL) {
+        list->child = item->prev = item;
+        return;
+    }
+    item->prev = first->prev;
+    first->prev->next = item;
+    first->prev = item;
 }
 
 /* ---- numbers and words -------------------------------------------------------------- */
@@ -191,7 +263,7 @@ static size_t skip_digits(struct reader *r)
 }
 
 /* number = [ "-" ] int [ "." digits ] [ "e" [ sign ] digits ], [R8259] section 6. */
-static bool read_number(struct reader *r)
+static bool read_number(struct reader *r, cJSON **ret)
 {
     const char *from = r->at;
     if (peek(r) == '-')
@@ -213,39 +285,54 @@ static bool read_number(struct reader *r)
         if (skip_digits(r) == 0)
             return fail(r, STRICT_JSON_SYNTAX);
     }
-    char text[STRICT_JSON_MAX_NUMBER + 1];
     size_t n = (size_t)(r->at - from);
     double x;
     if (n > STRICT_JSON_MAX_NUMBER)
         return fail(r, STRICT_JSON_NUMBER);
-    if (!has_exponent)
+    if (!has_exponent && !builds(r))
         return true; /* so few digits are no more than 1e63 */
-    memcpy(text, from, n);
-    text[n] = '\0';
-    return number_parse(text, &x) == STATUS_OK || fail(r, STRICT_JSON_NUMBER);
+    if (number_parse_n(from, n, &x) != STATUS_OK)
+        return fail(r, STRICT_JSON_NUMBER);
+    *ret = make_number(r, x);
+    return true;
 }
 
-static bool read_word(struct reader *r, const char *word)
+static bool read_word(struct reader *r, const char *word, int type, cJSON **ret)
 {
     size_t n = strlen(word);
     if ((size_t)(r->end - r->at) < n || memcmp(r->at, word, n) != 0)
         return fail(r, STRICT_JSON_SYNTAX);
     r->at += n;
+    *ret = make_item(r, type);
+    if (*ret != NULL && type == cJSON_True)
+        (*ret)->valueint = 1; /* as cJSON has it */
+    return true;
+}
+
+static bool read_text(struct reader *r, cJSON **ret)
+{
+    struct piece piece;
+    if (!read_string(r, &piece))
+        return false;
+    *ret = make_item(r, cJSON_String);
+    if (*ret != NULL)
+        (*ret)->valuestring = make_text(r, &piece);
     return true;
 }
 
 /* ---- objects and arrays ------------------------------------------------------------- */
 
-static bool read_value(struct reader *r);
+/* *ret is what was made of the value, of one with a fault as well; untouched: nothing. */
+static bool read_value(struct reader *r, cJSON **ret);
 
-static bool read_member(struct reader *r, struct name *names, size_t *n)
+static bool read_member(struct reader *r, struct piece *names, size_t *n, cJSON **ret)
 {
-    struct name name;
+    struct piece name;
     const char *here = r->at;
-    if (!read_string(r, &name.from, &name.to))
+    if (!read_string(r, &name))
         return false;
     for (size_t i = 0; i < *n; i++) {
-        if (same_name(names[i], name)) {
+        if (same_name(&names[i], &name)) {
             r->at = here;
             return fail(r, STRICT_JSON_DUPLICATE);
         }
@@ -254,17 +341,21 @@ static bool read_member(struct reader *r, struct name *names, size_t *n)
         return fail(r, STRICT_JSON_MEMBERS);
     names[(*n)++] = name;
     skip_space(r);
-    return take(r, ':') && read_value(r);
+    bool good = take(r, ':') && read_value(r, ret);
+    if (*ret != NULL)
+        (*ret)->string = make_text(r, &name);
+    return good;
 }
 
 /* From the opening bracket to the closing one. */
-static bool read_list(struct reader *r, bool object)
+static bool read_list(struct reader *r, bool object, cJSON **ret)
 {
-    struct name names[STRICT_JSON_MAX_MEMBERS];
+    struct piece names[STRICT_JSON_MAX_MEMBERS];
     size_t n = 0;
     char close = object ? '}' : ']';
     if (++r->depth > STRICT_JSON_MAX_DEPTH)
         return fail(r, STRICT_JSON_DEPTH);
+    cJSON *list = *ret = make_item(r, object ? cJSON_Object : cJSON_Array);
     r->at++;
     skip_space(r);
     if (peek(r) == close) {
@@ -273,8 +364,11 @@ static bool read_list(struct reader *r, bool object)
         return true;
     }
     for (;;) {
+        cJSON *item = NULL;
         skip_space(r);
-        if (object ? !read_member(r, names, &n) : !read_value(r))
+        bool good = object ? read_member(r, names, &n, &item) : read_value(r, &item);
+        append(list, item);
+        if (!good)
             return false;
         skip_space(r);
         if (peek(r) == close)
@@ -287,42 +381,48 @@ static bool read_list(struct reader *r, bool object)
     return true;
 }
 
-static bool read_value(struct reader *r)
+static bool read_value(struct reader *r, cJSON **ret)
 {
-    struct name ignored;
     skip_space(r);
     switch (peek(r)) {
     case '{':
-        return read_list(r, true);
+        return read_list(r, true, ret);
     case '[':
-        return read_list(r, false);
+        return read_list(r, false, ret);
     case '"':
-        return read_string(r, &ignored.from, &ignored.to);
+        return read_text(r, ret);
     case 't':
-        return read_word(r, "true");
+        return read_word(r, "true", cJSON_True, ret);
     case 'f':
-        return read_word(r, "false");
+        return read_word(r, "false", cJSON_False, ret);
     case 'n':
-        return read_word(r, "null");
+        return read_word(r, "null", cJSON_NULL, ret);
     default:
-        return read_number(r);
+        return read_number(r, ret);
+    }
+}
+
+/* *ret is then the tree, as far as it was made. */
+static void read_all(struct reader *r, cJSON **ret)
+{
+    const char *nul = memchr(r->at, '\0', (size_t)(r->end - r->at));
+    if (nul != NULL) {
+        r->at = nul;
+        fail(r, STRICT_JSON_NUL);
+    } else if (!utf8_is_valid_n(r->at, (size_t)(r->end - r->at))) {
+        fail(r, STRICT_JSON_UTF8);
+    } else if (read_value(r, ret)) {
+        skip_space(r);
+        if (r->at < r->end)
+            fail(r, STRICT_JSON_SYNTAX);
     }
 }
 
 enum strict_json_fault strict_json_check(const char *text, size_t n, size_t *offset)
 {
     struct reader r = { .begin = text, .at = text, .end = text + n };
-    const char *nul = memchr(text, '\0', n);
-    if (nul != NULL) {
-        r.at = nul;
-        fail(&r, STRICT_JSON_NUL);
-    } else if (!utf8_is_valid_n(text, n)) {
-        fail(&r, STRICT_JSON_UTF8);
-    } else if (read_value(&r)) {
-        skip_space(&r);
-        if (r.at < r.end)
-            fail(&r, STRICT_JSON_SYNTAX);
-    }
+    cJSON *none = NULL;
+    read_all(&r, &none);
     if (offset != NULL)
         *offset = (size_t)(r.at - r.begin);
     return r.fault;
@@ -331,14 +431,18 @@ enum strict_json_fault strict_json_check(const char *text, size_t n, size_t *off
 enum status strict_json_parse(const char *text, size_t n, cJSON **ret,
                               enum strict_json_fault *fault, size_t *offset)
 {
-    *fault = strict_json_check(text, n, offset);
-    if (*fault != STRICT_JSON_FINE)
-        return STATUS_FORMAT;
-    cJSON *value = cJSON_ParseWithLength(text, n);
-    if (value == NULL) /* it takes all that passes here, so memory is what failed */
-        return STATUS_NO_MEMORY;
-    *ret = value;
-    return STATUS_OK;
+    struct reader r = { .begin = text, .at = text, .end = text + n, .builds = true };
+    cJSON *value = NULL;
+    read_all(&r, &value);
+    *fault = r.fault;
+    if (offset != NULL)
+        *offset = (size_t)(r.at - r.begin);
+    if (r.fault == STRICT_JSON_FINE && !r.no_memory) {
+        *ret = value;
+        return STATUS_OK;
+    }
+    cJSON_Delete(value);
+    return r.fault != STRICT_JSON_FINE ? STATUS_FORMAT : STATUS_NO_MEMORY;
 }
 
 const cJSON *strict_json_member(const cJSON *object, const char *name)

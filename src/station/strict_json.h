@@ -1,10 +1,11 @@
-/* strict_json.h - the front door for text of a client, before cJSON sees it.
+/* strict_json.h - the front door for text of a client: what becomes a cJSON tree.
  *
  * [R8259] RFC 8259, The JavaScript Object Notation, 2017.
  *
- * cJSON takes what we do not want: 1e400, names given twice, garbage after the value,
- * bytes that are no UTF-8, control characters in strings, 01.  So the text is read here
- * first, in one pass, without an allocation; what passes means the same to everybody. */
+ * cJSON's parser takes what we do not want: 1e400, names given twice, garbage after the value,
+ * bytes that are no UTF-8, control characters in strings, 01.  So the text is read here, in
+ * one pass; what passes means the same to everybody, cJSON's parser included, which is
+ * what the tree is tested against. */
 #ifndef SKINSPEC_STATION_STRICT_JSON_H
 #define SKINSPEC_STATION_STRICT_JSON_H
 
@@ -30,12 +31,14 @@ enum strict_json_fault {
     STRICT_JSON_NUMBER, /* beyond a double, or longer than STRICT_JSON_MAX_NUMBER */
 };
 
-/* Whether n bytes are exactly one JSON value and white space around it.  *offset (may be
+/* Whether n bytes are exactly one JSON value and white space around it, without an
+ * allocation.  *offset (may be
  * NULL) is the byte where the first fault was seen. */
 enum strict_json_fault strict_json_check(const char *text, size_t n, size_t *offset);
 
-/* Check, then parse: STATUS_FORMAT with *fault and *offset, or STATUS_NO_MEMORY.  The
- * value is given back by cJSON_Delete(). */
+/* The value as a tree, the same as of cJSON_ParseWithLength(): STATUS_FORMAT with *fault and
+ * *offset, as strict_json_check() has them, or STATUS_NO_MEMORY.  The value is given back by
+ * cJSON_Delete(). */
 enum status strict_json_parse(const char *text, size_t n, cJSON **ret,
                               enum strict_json_fault *fault, size_t *offset);
 

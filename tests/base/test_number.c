@@ -364,10 +364,90 @@ static void test_threads(void)
         TEST_ASSERT_TRUE(good[i]);
 }
 
+/* Bytes without a NUL behind them, read as number_parse() reads them with one. */
+static void assert_read_alike(const char *text)
+{
+    size_t n = strlen(text);
+    char *exact = malloc(n + (n == 0)); /* sanitizers see a read beyond */
+    double expect = 7.0, x = 7.0;
+    memcpy(exact, text, n);
+    enum status s = number_parse(text, &expect);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(s, number_parse_n(exact, n, &x), text);
+    TEST_ASSERT_TRUE_MESSAGE(memcmp(&expect, &x, sizeof x) == 0, text); /* -0 too */
+    free(exact);
+}
+
+static void test_parse_n(void)
+{
+    static const char *const edges[] = {
+        "",
+        "-",
+        ".",
+        "-.",
+        "0",
+        "-0",
+        "-0.0",
+        "00",
+        "007",
+        "+1",
+        ".5",
+        "5.",
+        "-.5",
+        "-5.",
+        "1..2",
+        "1-2",
+        "--1",
+        "1.2.3",
+        " 1",
+        "1 ",
+        "0x1",
+        "1e5",
+        "1e",
+        "e1",
+        "1e-5",
+        "1e400",
+        "nan",
+        "1,5",
+        "1e-400",
+        "0.1",
+        "0.3",
+        "2.675",
+        "1.5-",
+        "999999999999999",
+        "9999999999999999",
+        "-999999999999999",
+        "99999999.9999999",
+        "0.00000000000001",
+        "0.000000000000001",
+        "-0.12345678901234",
+        "0.123456789012345",
+        "9007199254740993",
+        "123456789012345.6",
+        "1234567890123456.",
+    };
+    static const char with_nul[] = { '1', '\0', '2' };
+    struct dice dice = { 11 };
+    char text[100];
+    double x;
+    for (size_t i = 0; i < sizeof edges / sizeof *edges; i++)
+        assert_read_alike(edges[i]);
+    for (int i = 0; i < 200000; i++) {
+        int decimals = (int)dice_below(&dice, 18);
+        double scale = pow(10.0, (double)dice_below(&dice, 16));
+        snprintf(text, sizeof text, "%.*f", decimals, dice_between(&dice, -scale, scale));
+        assert_read_alike(text);
+    }
+    TEST_ASSERT_EQUAL_INT(STATUS_FORMAT, number_parse_n(with_nul, sizeof with_nul, &x));
+    memset(text, '1', sizeof text);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, number_parse_n(text, NUMBER_LONGEST - 1, &x));
+    TEST_ASSERT_EQUAL_INT(STATUS_FORMAT, number_parse_n(text, NUMBER_LONGEST, &x));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_parse);
+    RUN_TEST(test_parse_n);
     RUN_TEST(test_parse_count);
     RUN_TEST(test_format);
     RUN_TEST(test_format_exact);

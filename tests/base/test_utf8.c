@@ -135,6 +135,24 @@ static void test_make_plain(void)
     }
 }
 
+/* Plain text is looked at eight bytes at a time: each other byte is seen wherever it is. */
+static void test_long_text(void)
+{
+    char text[40];
+    for (size_t n = 1; n <= sizeof text; n++) {
+        for (size_t at = 0; at < n; at++) {
+            memset(text, 'x', sizeof text);
+            TEST_ASSERT_TRUE(utf8_is_valid_n(text, n));
+            text[at] = '\xff';
+            TEST_ASSERT_FALSE(utf8_is_valid_n(text, n));
+            text[at] = '\xc3';
+            if (at + 1 < n)
+                text[at + 1] = '\xbc';
+            TEST_ASSERT_EQUAL_INT_MESSAGE(at + 1 < n, utf8_is_valid_n(text, n), "cut at the end");
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -142,5 +160,6 @@ int main(void)
     RUN_TEST(test_every_code_point);
     RUN_TEST(test_by_length);
     RUN_TEST(test_make_plain);
+    RUN_TEST(test_long_text);
     return UNITY_END();
 }

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "tests/support/dice.h"
 #include "unity.h"
 
 void setUp(void)
@@ -182,6 +183,101 @@ static void test_parse_agrees_with_check(void)
     }
 }
 
+/* The same tree as cJSON's own parser makes, to the bits, and linked as its functions want it. */
+static void assert_same_tree(const cJSON *expect, const cJSON *got, const char *text)
+{
+    const cJSON *last = NULL, *a, *b;
+    TEST_ASSERT_EQUAL_INT_MESSAGE(expect->type, got->type, text);
+    TEST_ASSERT_EQUAL_STRING_MESSAGE(expect->string, got->string, text);
+    TEST_ASSERT_EQUAL_STRING_MESSAGE(expect->valuestring, got->valuestring, text);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(expect->valueint, got->valueint, text);
+    TEST_ASSERT_TRUE_MESSAGE(
+        memcmp(&expect->valuedouble, &got->valuedouble, sizeof got->valuedouble) == 0, text);
+    for (a = expect->child, b = got->child; a != NULL && b != NULL; a = a->next, b = b->next) {
+        TEST_ASSERT_TRUE_MESSAGE(last == NULL || b->prev == last, text);
+        assert_same_tree(a, b, text);
+        last = b;
+    }
+    TEST_ASSERT_TRUE_MESSAGE(a == NULL && b == NULL, text);
+    TEST_ASSERT_TRUE_MESSAGE(last == NULL || got->child->prev == last, text);
+}
+
+static void assert_parsed_as_cjson_does(const char *text)
+{
+    size_t n = strlen(text);
+    enum strict_json_fault fault;
+    char *exact = malloc(n);
+    cJSON *expect = cJSON_ParseWithLength(text, n), *got = NULL;
+    memcpy(exact, text, n);
+    TEST_ASSERT_NOT_NULL_MESSAGE(expect, text);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, strict_json_parse(exact, n, &got, &fault, NULL), text);
+    assert_same_tree(expect, got, text);
+    free(exact);
+    cJSON_Delete(expect);
+    cJSON_Delete(got);
+}
+
+static char *put_any_string(struct dice *dice, char *to, size_t number)
+{
+    static const char *const pieces[] = { "a",
+                                          "Z",
+                                          " ",
+                                          "\\n",
+                                          "\\\"",
+                                          "\\\\",
+                                          "\\/",
+                                          "\\u0041",
+                                          "\\u00e9",
+                                          "\\u20AC",
+                                          "\\ud83d\\ude00",
+                                          "\xc3\xa9",
+                                          "\xf0\x9f\x98\x80",
+                                          "\\b\\f\\r\\t",
+                                          "\x7f" };
+    to += sprintf(to, "\"");
+    for (size_t i = dice_below(dice, 6); i > 0; i--)
+        to += sprintf(to, "%s", pieces[dice_below(dice, sizeof pieces / sizeof *pieces)]);
+    return to + sprintf(to, "#%zu\"", number); /* names once in an object */
+}
+
+static char *put_any(struct dice *dice, char *to, int depth)
+{
+    static const char *const words[] = {
+        "true", "false",  "null", "0", "-0", "-0.0", "1e308", "-1E-3", "123456789012345678",
+        "0.1",  "1e-400", "[]",   "{}"
+    };
+    size_t kind = dice_below(dice, depth > 0 ? 6 : 4), n = dice_below(dice, 5);
+    if (kind == 0)
+        return put_any_string(dice, to, n);
+    if (kind == 1)
+        return to + sprintf(to, "%s", words[dice_below(dice, sizeof words / sizeof *words)]);
+    if (kind < 4)
+        return to + sprintf(to, "%.*f", (int)dice_below(dice, 18), dice_between(dice, -2.0, 2e5));
+    to += sprintf(to, kind == 4 ? "[ " : "{ ");
+    for (size_t i = 0; i < n; i++) {
+        if (kind == 5)
+            to = put_any_string(dice, to, i);
+        if (kind == 5)
+            to += sprintf(to, " :\t");
+        to = put_any(dice, to, depth - 1);
+        to += sprintf(to, i + 1 < n ? " ,\n" : "");
+    }
+    return to + sprintf(to, kind == 4 ? "]" : "}");
+}
+
+static void test_tree_is_that_of_cjson(void)
+{
+    static char text[200000];
+    struct dice dice = { 20260722 };
+    for (size_t i = 0; i < sizeof check_cases / sizeof *check_cases; i++)
+        if (check_cases[i].expect == STRICT_JSON_FINE)
+            assert_parsed_as_cjson_does(check_cases[i].text);
+    for (int i = 0; i < 20000; i++) {
+        put_any(&dice, text, 4);
+        assert_parsed_as_cjson_does(text);
+    }
+}
+
 static void test_nul_bytes(void)
 {
     static const char inside[] = "{\"a\0b\":1}", after[] = "{}\0";
@@ -299,23 +395,39 @@ static void test_echo_has_room(void)
     TEST_ASSERT_EQUAL_size_t(STRICT_JSON_ECHO_SIZE - 1, strlen(strict_json_echo(text, into)));
 }
 
-static void *no_memory(size_t size)
+static int allocations_left;
+
+static void *take_if_any(size_t size)
 {
-    (void)size;
-    return NULL;
+    return allocations_left-- > 0 ? malloc(size) : NULL;
 }
 
+/* Each allocation fails once, and nothing leaks; a fault comes before want of memory. */
 static void test_no_memory(void)
 {
-    cJSON_Hooks hooks = { no_memory, free };
-    cJSON *value = NULL;
+    static const char good[] = "{\"a\":[1,2e3,\"x\\ny\",{\"b\":null}],\"c\":true}";
+    static const char bad[] = "{\"a\":[1,2e3,\"x\\ny\",{\"b\":null}],\"c\":true]";
+    cJSON_Hooks hooks = { take_if_any, free };
     enum strict_json_fault fault;
-    cJSON_InitHooks(&hooks);
-    enum status s = strict_json_parse("{}", 2, &value, &fault, NULL);
-    cJSON_InitHooks(NULL);
-    TEST_ASSERT_EQUAL_INT(STATUS_NO_MEMORY, s);
-    TEST_ASSERT_EQUAL_INT(STRICT_JSON_FINE, fault);
-    TEST_ASSERT_NULL(value);
+    enum status s = STATUS_NO_MEMORY;
+    int enough;
+    for (enough = 0; s != STATUS_OK; enough++) {
+        cJSON *value = NULL, *none = NULL;
+        cJSON_InitHooks(&hooks);
+        allocations_left = enough;
+        s = strict_json_parse(good, sizeof good - 1, &value, &fault, NULL);
+        TEST_ASSERT_EQUAL_INT(STRICT_JSON_FINE, fault);
+        allocations_left = enough;
+        enum status faulty = strict_json_parse(bad, sizeof bad - 1, &none, &fault, NULL);
+        cJSON_InitHooks(NULL);
+        TEST_ASSERT_EQUAL_INT(STATUS_FORMAT, faulty);
+        TEST_ASSERT_EQUAL_INT(STRICT_JSON_SYNTAX, fault);
+        TEST_ASSERT_NULL(none);
+        TEST_ASSERT_EQUAL_INT(s == STATUS_OK, value != NULL);
+        TEST_ASSERT_TRUE(s == STATUS_OK || s == STATUS_NO_MEMORY);
+        cJSON_Delete(value);
+    }
+    TEST_ASSERT_EQUAL_INT_MESSAGE(8 + 4, enough - 1, "8 values, 3 names, 1 text");
 }
 
 int main(void)
@@ -323,6 +435,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_grammar);
     RUN_TEST(test_parse_agrees_with_check);
+    RUN_TEST(test_tree_is_that_of_cjson);
     RUN_TEST(test_nul_bytes);
     RUN_TEST(test_cut_anywhere);
     RUN_TEST(test_depth);
