@@ -172,7 +172,7 @@ static void roll_back(struct store *store)
     if (!sqlite3_get_autocommit(store->db))
         (void)sql_step_done(store->statement[SQL_ROLLBACK]);
     forget_ends(store);
-    store->in_group = false;
+    store->in_group = store->together = store->must_part = false;
     store->group = STATUS_OK;
 }
 
@@ -215,6 +215,18 @@ enum status store_begin(struct store *store)
     return s;
 }
 
+enum status store_begin_together(struct store *store)
+{
+    enum status s = store_begin(store);
+    store->together = s == STATUS_OK;
+    return s;
+}
+
+bool store_must_part(const struct store *store)
+{
+    return store->must_part;
+}
+
 enum status store_commit(struct store *store)
 {
     enum status s = store->group;
@@ -238,7 +250,9 @@ enum status store_job_begin(struct store *store)
     }
     if (store->group != STATUS_OK)
         return store->group;
-    return report(store, "begin", sql_step_done(store->statement[SQL_SAVEPOINT]));
+    store->changes = sqlite3_total_changes64(store->db);
+    return store->together ? STATUS_OK
+                           : report(store, "begin", sql_step_done(store->statement[SQL_SAVEPOINT]));
 }
 
 /* The job is undone and the group goes on, unless the group went with it. */
@@ -254,8 +268,28 @@ static void drop_job(struct store *store, enum status s)
         store->group = sql_step_done(store->statement[SQL_RELEASE]);
 }
 
+/* Without a savepoint: one that was refused before it changed anything leaves nothing to
+ * undo, and one that took the transaction along leaves nothing at all.  Any other takes the
+ * group along; it is told when it fails again, with a savepoint. */
+static enum status end_together(struct store *store, const char *what, enum status s)
+{
+    bool untouched = sqlite3_total_changes64(store->db) == store->changes;
+    if (s == STATUS_OK || (is_answer(s) && untouched))
+        return s;
+    if (s == STATUS_DAMAGED || sqlite3_get_autocommit(store->db)) {
+        s = report(store, what, s);
+        drop_job(store, s);
+        return s;
+    }
+    store->must_part = true;
+    store->group = s;
+    return s;
+}
+
 enum status store_job_end(struct store *store, const char *what, enum status s)
 {
+    if (store->together)
+        return end_together(store, what, s);
     s = report(store, what, s);
     if (store->single) {
         store->single = false;

@@ -175,6 +175,15 @@ struct store_subject {
  * it was opened as (moved or deleted under the service): close, and open anew.
  * After STATUS_DAMAGED nothing is written any more until the store is opened anew. */
 enum status store_begin(struct store *store);
+
+/* The same without savepoints, which cost a record a fifth of its time.  A job that is refused
+ * (STATUS_NOT_FOUND, STATUS_EXISTS, STATUS_RANGE) leaves the others as they were here too.  One
+ * that fails half way takes the group along, not yet logged: store_must_part() is true, every
+ * later job and the commit fail with its status, and all jobs of the group have to be done
+ * again in one of store_begin(), where it fails alone. */
+enum status store_begin_together(struct store *store);
+bool store_must_part(const struct store *store);
+
 enum status store_commit(struct store *store);
 void store_rollback(struct store *store);
 

@@ -77,8 +77,11 @@ struct store {
     struct uuid7 ids;
     sqlite3_stmt *statement[STORE_STATEMENTS];
     struct audit audit;
-    int64_t next_seq;       /* in the open group; 0: not read yet */
-    bool in_group, single;  /* single: one job, a group of its own */
+    int64_t next_seq;      /* in the open group; 0: not read yet */
+    bool in_group, single; /* single: one job, a group of its own */
+    bool together;         /* jobs of the group have no savepoints */
+    bool must_part;
+    int64_t changes;        /* together: SQLite's count when the job began */
     enum status group;      /* why the open group is lost */
     bool ready;             /* open in full */
     bool damaged;           /* met while writing */

@@ -187,23 +187,37 @@ static void fail_kept(struct job_list *group, enum status s)
     }
 }
 
-static void write_group(struct writer *writer, struct job_list *group)
+/* False where a job has failed half way and nothing is written: once more, each with its
+ * savepoint. */
+static bool write_group_by(struct writer *writer, struct job_list *group,
+                           enum status (*begin)(struct store *store))
 {
     enum status s = open_store(writer);
     if (s == STATUS_OK)
-        s = store_begin(writer->store);
+        s = begin(writer->store);
     if (s != STATUS_OK) {
         fail_all(group, s);
-        return;
+        return true;
     }
     for (struct job *job = group->first; job != NULL; job = job->next) {
         struct write_job *write = (struct write_job *)job;
         write->status = run_in_group(writer->store, write);
         note_member(writer, write);
+        if (store_must_part(writer->store)) {
+            store_rollback(writer->store);
+            return false;
+        }
     }
     s = store_commit(writer->store);
     if (s != STATUS_OK)
         fail_kept(group, s);
+    return true;
+}
+
+static void write_group(struct writer *writer, struct job_list *group)
+{
+    if (!write_group_by(writer, group, store_begin_together))
+        (void)write_group_by(writer, group, store_begin);
 }
 
 static int64_t now_us(void)

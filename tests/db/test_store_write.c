@@ -678,6 +678,47 @@ static void test_failed_jobs_leave_no_gap(void)
     TEST_ASSERT_EQUAL_INT(8, count("client_uuid"));
 }
 
+/* Without savepoints: refusals leave the group as it was; a failure half way takes it along, and
+ * all of it can be done again, each on its own. */
+static void test_a_group_together(void)
+{
+    struct store_verify_report report;
+    TRY(store_begin_together(store));
+    for (int i = 0; i < 3; i++) {
+        records_uuid(&dice, record->uuid);
+        TRY(add());
+        TEST_ASSERT_EQUAL_INT64(i + 1, record->seq);
+        records_uuid(&dice, record->uuid);
+        records_uuid(&dice, record->subject);
+        TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, add());
+        record->subject[0] = '\0';
+    }
+    TEST_ASSERT_FALSE(store_must_part(store));
+    TRY(store_commit(store));
+    TEST_ASSERT_EQUAL_INT(3, count("measurement"));
+
+    TRY(sql_run(store->db, "CREATE TRIGGER spoil AFTER INSERT ON audit"
+                           " BEGIN SELECT RAISE(FAIL, 'x'); END"));
+    TRY(store_begin_together(store));
+    TEST_ASSERT_FALSE(store_must_part(store));
+    TEST_ASSERT_EQUAL_INT(STATUS_DB, add());
+    TEST_ASSERT_TRUE(store_must_part(store));
+    TEST_ASSERT_EQUAL_INT64_MESSAGE(3, record->seq, "untouched");
+    TEST_ASSERT_EQUAL_INT(STATUS_DB, store_audit(store, "x", "note", "y"));
+    TEST_ASSERT_EQUAL_INT(STATUS_DB, store_commit(store));
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, heard_count(), "it is told when it fails alone");
+    TRY(sql_run(store->db, "DROP TRIGGER spoil"));
+    TEST_ASSERT_EQUAL_INT(3, count("measurement"));
+
+    TRY(store_begin(store));
+    TEST_ASSERT_FALSE(store_must_part(store));
+    TRY(add());
+    TEST_ASSERT_EQUAL_INT64(4, record->seq);
+    TRY(store_commit(store));
+    TRY(store_verify(reader, &report));
+    TEST_ASSERT_EQUAL_INT64(4, report.records);
+}
+
 /* A failure that takes the transaction along: RAISE(ROLLBACK) does what a full disk may. */
 static void test_a_group_that_is_lost(void)
 {
@@ -903,6 +944,7 @@ int main(void)
     RUN_TEST(test_calibrations);
     RUN_TEST(test_a_group_is_one_transaction);
     RUN_TEST(test_failed_jobs_leave_no_gap);
+    RUN_TEST(test_a_group_together);
     RUN_TEST(test_a_group_that_is_lost);
     RUN_TEST(test_single_jobs_that_fail);
     RUN_TEST(test_locked_by_another_program);

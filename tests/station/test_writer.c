@@ -123,6 +123,44 @@ static void test_handed_over_at_once(void)
     TEST_ASSERT_EQUAL_INT(0, poll(&early, 1, 10));
 }
 
+/* Some fail after their first row: the group is done again, and the others are kept, without
+ * a gap, as they are where nothing fails. */
+static void test_failing_half_way(void)
+{
+    static struct write_job job[MANY];
+    struct write_job before = record_job();
+    struct store_verify_report report;
+    struct store_reader *reader;
+    int64_t kept = 1;
+    writer_ask(writer, &before);
+    drain_until(1);
+    TEST_ASSERT_TRUE(tool_edit(folder, "CREATE TRIGGER spoil BEFORE INSERT ON client_uuid"
+                                       " WHEN new.uuid LIKE 'bad%'"
+                                       " BEGIN SELECT RAISE(ABORT, 'bad'); END"));
+    for (size_t i = 0; i < MANY; i++) {
+        job[i] = record_job();
+        if (i % 7 == 3)
+            memcpy(job[i].record->uuid, "bad", 3);
+        writer_ask(writer, &job[i]);
+    }
+    heard_start();
+    drain_until(1 + MANY);
+    heard_stop();
+    TEST_ASSERT_EQUAL_INT_MESSAGE((MANY + 3) / 7, heard_count(), "each failure once");
+    for (size_t i = 0; i < MANY; i++) {
+        TEST_ASSERT_EQUAL_INT(i % 7 == 3 ? STATUS_DB : STATUS_OK, job[i].status);
+        if (i % 7 != 3)
+            TEST_ASSERT_EQUAL_INT64(++kept, job[i].record->seq);
+        free(job[i].record);
+    }
+    free(before.record);
+    TRY(store_reader_open(folder, &reader));
+    TRY(store_verify(reader, &report));
+    store_reader_close(reader);
+    TEST_ASSERT_EQUAL_INT64(kept, report.records);
+    TEST_ASSERT_EQUAL_INT64(kept, report.last_seq);
+}
+
 static void test_retry_is_known(void)
 {
     struct write_job first = record_job(), again = record_job(), other = record_job();
@@ -330,6 +368,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_each_job_on_its_own);
     RUN_TEST(test_handed_over_at_once);
+    RUN_TEST(test_failing_half_way);
     RUN_TEST(test_retry_is_known);
     RUN_TEST(test_opening_tells_the_id);
     RUN_TEST(test_fences_are_reserved);
