@@ -2,12 +2,11 @@
 #include "json/memory.h"
 
 #include <cjson/cJSON.h>
-#include <stddef.h>
 #include <stdlib.h>
 
 static _Thread_local bool was_short;
 
-static void *allocate(size_t size)
+void *json_memory_allocate(size_t size)
 {
     void *memory = malloc(size);
     was_short = was_short || memory == NULL;
@@ -16,7 +15,7 @@ static void *allocate(size_t size)
 
 void json_memory_watch(void)
 {
-    cJSON_InitHooks(&(cJSON_Hooks){ .malloc_fn = allocate, .free_fn = free });
+    cJSON_InitHooks(&(cJSON_Hooks){ .malloc_fn = json_memory_allocate, .free_fn = free });
 }
 
 void json_memory_begin(void)

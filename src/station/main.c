@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include "base/log.h"
+#include "json/blocks.h"
 #include "json/memory.h"
 #include "station/housekeeping.h"
 #include "station/listener.h"
@@ -151,6 +152,7 @@ int main(int argc, char **argv)
     json_memory_watch();
     sqlite3_config(SQLITE_CONFIG_MEMSTATUS, 0); /* its own count of memory costs a tenth */
     umask(0077);                                /* health data are for this account alone */
+    json_keep_blocks();                         /* before there are threads */
     running.station.settings = &settings;
     running.station.store_opened = on_store_opened;
     if (sd_event_default(&running.station.event) < 0) {
@@ -159,6 +161,7 @@ int main(int argc, char **argv)
     }
     int exit_status = serve(&running, &listener);
     sd_event_unref(running.station.event);
+    json_keep_no_blocks();
     log_info("station: ended");
     return exit_status;
 }
