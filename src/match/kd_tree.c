@@ -25,6 +25,11 @@ enum { WIDTH = 16, MAX_LEVELS = 8 }; /* 16^8 = 2^32 rows */
 /* Squares of this still fit a float. */
 static const double largest_norm = 1e15;
 
+/* Squared distances from the query to the entries of a group, whose corners are [dims][WIDTH]: to
+ * a point itself, to a box's nearest side, 0 inside. */
+typedef void judge_group(size_t dims, const float *low, const float *high, const float *query,
+                         float square[WIDTH]);
+
 /* Level 0 are the points, level l + 1 the boxes around groups of level l; the top
  * level has one group.  low and high: [group][dims][WIDTH], zero past the end. */
 struct kd_tree {
@@ -34,6 +39,7 @@ struct kd_tree {
     float *low[MAX_LEVELS], *high[MAX_LEVELS];
     uint32_t *row; /* [entries[0]] */
     double norm;   /* of the farthest point */
+    judge_group *judge;
 };
 
 static size_t groups_of(size_t entries)
@@ -51,6 +57,51 @@ static float higher(float x, float y)
 {
     return x > y ? x : y;
 }
+
+/* ---- judging sixteen at once ------------------------------------------------------------- */
+
+static inline __attribute__((always_inline)) void
+judge_any(size_t dims, const float *low, const float *high, const float *query, float square[WIDTH])
+{
+    float sum[WIDTH] = { 0.0f };
+    for (size_t dim = 0; dim < dims; dim++) {
+        float outside[WIDTH]; /* two loops: in one, a compiler jumps over what is not outside */
+        for (size_t i = 0; i < WIDTH; i++)
+            outside[i] = higher(higher(low[i] - query[dim], query[dim] - high[i]), 0.0f);
+        for (size_t i = 0; i < WIDTH; i++)
+            sum[i] += outside[i] * outside[i];
+        low += WIDTH;
+        high += WIDTH;
+    }
+    memcpy(square, sum, sizeof sum);
+}
+
+static void judge_plain(size_t dims, const float *low, const float *high, const float *query,
+                        float square[WIDTH])
+{
+    judge_any(dims, low, high, query, square);
+}
+
+/* The same operations, eight to an instruction where the processor has them, four everywhere else:
+ * the same bits. */
+#if defined __x86_64__
+__attribute__((target("avx2"))) static void judge_wide(size_t dims, const float *low,
+                                                       const float *high, const float *query,
+                                                       float square[WIDTH])
+{
+    judge_any(dims, low, high, query, square);
+}
+
+static judge_group *best_judge(void)
+{
+    return __builtin_cpu_supports("avx2") ? judge_wide : judge_plain;
+}
+#else
+static judge_group *best_judge(void)
+{
+    return judge_plain;
+}
+#endif
 
 /* ---- making one ------------------------------------------------------------------------- */
 
@@ -207,6 +258,7 @@ enum status kd_tree_open(size_t n, size_t dims, kd_tree_point *point, void *cont
     if (tree == NULL)
         return STATUS_NO_MEMORY;
     tree->dims = dims;
+    tree->judge = best_judge();
     s = lay_out(tree, n);
     if (s != STATUS_OK)
         goto fail;
@@ -259,23 +311,11 @@ static float threshold(const struct visit *v, double distance)
     return (float)(reach * reach * (1.0 + 1e-5) + (double)FLT_MIN);
 }
 
-/* Squared distances from the query to the entries of a group: to a point itself, to
- * a box's nearest side, 0 inside. */
 static void judge(const struct visit *v, unsigned level, size_t group, float square[WIDTH])
 {
-    size_t floats = v->tree->dims * WIDTH;
-    const float *low = v->tree->low[level] + group * floats;
-    const float *high = v->tree->high[level] + group * floats;
-    memset(square, 0, WIDTH * sizeof *square);
-    for (size_t dim = 0; dim < v->tree->dims; dim++) {
-        for (size_t i = 0; i < WIDTH; i++) {
-            float below = low[i] - v->query[dim], above = v->query[dim] - high[i];
-            float outside = higher(higher(below, above), 0.0f);
-            square[i] += outside * outside;
-        }
-        low += WIDTH;
-        high += WIDTH;
-    }
+    size_t first = group * v->tree->dims * WIDTH;
+    v->tree->judge(v->tree->dims, v->tree->low[level] + first, v->tree->high[level] + first,
+                   v->query, square);
 }
 
 /* The entries of a group that matter, nearest first; their number. */
