@@ -23,10 +23,23 @@ bool uuid_is_text(const char *text)
 }
 
 /* Up to 256 bytes come whole or not at all. */
-static enum status draw(uint64_t word[2])
+static enum status draw(uint64_t *word, size_t words)
 {
-    ssize_t n = getrandom(word, 2 * sizeof *word, 0);
-    return n == (ssize_t)(2 * sizeof *word) ? STATUS_OK : STATUS_IO;
+    ssize_t n = getrandom(word, words * sizeof *word, 0);
+    return n == (ssize_t)(words * sizeof *word) ? STATUS_OK : STATUS_IO;
+}
+
+static enum status draw_two(struct uuid7 *u, uint64_t ret[2])
+{
+    enum status s = u->words >= 2 ? STATUS_OK : draw(u->word, UUID7_WORDS);
+    if (s != STATUS_OK)
+        return s;
+    u->words = u->words >= 2 ? u->words - 2 : UUID7_WORDS - 2;
+    for (size_t i = 0; i < 2; i++) {
+        ret[i] = u->word[u->words + i];
+        u->word[u->words + i] = 0; /* no id tells of those before it, nor of those to come */
+    }
+    return STATUS_OK;
 }
 
 /* 48 bits, version and 12 bits, variant and 62 bits. */
@@ -42,12 +55,19 @@ static void format(unsigned version, const struct uuid7 *u, char text[UUID_TEXT_
 enum status uuid4_make(char text[UUID_TEXT_SIZE])
 {
     uint64_t word[2];
-    enum status s = draw(word);
+    enum status s = draw(word, 2);
     if (s != STATUS_OK)
         return s;
-    struct uuid7 u = { word[0] & MS_MAX, word[0] >> 52, word[1] & LO_MAX };
+    struct uuid7 u = { .ms = word[0] & MS_MAX, .hi = word[0] >> 52, .lo = word[1] & LO_MAX };
     format(4, &u, text);
     return STATUS_OK;
+}
+
+static void set(struct uuid7 *u, uint64_t ms, uint64_t hi, uint64_t lo)
+{
+    u->ms = ms;
+    u->hi = hi;
+    u->lo = lo;
 }
 
 /* Carry over what the step did not leave room for. */
@@ -66,11 +86,11 @@ static void advance(struct uuid7 *u, uint64_t step)
 enum status uuid7_make(struct uuid7 *last, int64_t realtime_ms, char text[UUID_TEXT_SIZE])
 {
     uint64_t word[2], now = realtime_ms > 0 ? (uint64_t)realtime_ms : 0;
-    enum status s = draw(word);
+    enum status s = draw_two(last, word);
     if (s != STATUS_OK)
         return s;
     if (now > last->ms && now <= MS_MAX)
-        *last = (struct uuid7){ now, word[0] & HI_MAX, word[1] & LO_MAX };
+        set(last, now, word[0] & HI_MAX, word[1] & LO_MAX);
     else
         advance(last, 1 + (word[0] & UINT32_MAX)); /* not to be guessed from the one before */
     format(7, last, text);
@@ -97,8 +117,8 @@ enum status uuid7_continue(struct uuid7 *last, const char *text)
     uint64_t low = strtoull(digits + 16, NULL, 16);
     digits[16] = '\0';
     uint64_t high = strtoull(digits, NULL, 16);
-    struct uuid7 u = { high >> 16, high & HI_MAX, low & LO_MAX };
+    struct uuid7 u = { .ms = high >> 16, .hi = high & HI_MAX, .lo = low & LO_MAX };
     if (is_after(&u, last))
-        *last = u;
+        set(last, u.ms, u.hi, u.lo);
     return STATUS_OK;
 }

@@ -18,11 +18,15 @@ bool uuid_is_text(const char *text);
 /* A random one, lower case.  STATUS_IO where the system has no random numbers. */
 enum status uuid4_make(char text[UUID_TEXT_SIZE]);
 
-/* The last id given out; {0} before the first. */
+/* The last id given out; {0} before the first.  Random words are drawn from the system many at a
+ * time. */
+enum { UUID7_WORDS = 32 };
 struct uuid7 {
     uint64_t ms; /* 48 bits, since 1970 */
     uint64_t hi; /* the 12 random bits that follow */
     uint64_t lo; /* the last 62 */
+    uint64_t word[UUID7_WORDS];
+    unsigned words; /* of them not used yet: the first ones */
 };
 
 /* The next id, greater as text than all before, whatever the clock does: where it

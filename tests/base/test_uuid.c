@@ -118,11 +118,11 @@ static void test_never_back(void)
 /* Where the random bits are used up, the carry goes on into the time. */
 static void test_carry(void)
 {
-    struct uuid7 last = { 5, 0x001, (UINT64_C(1) << 62) - 1 };
+    struct uuid7 last = { .ms = 5, .hi = 0x001, .lo = (UINT64_C(1) << 62) - 1 };
     char id[UUID_TEXT_SIZE];
     TEST_ASSERT_EQUAL_INT(STATUS_OK, uuid7_make(&last, 5, id));
     TEST_ASSERT_EQUAL_STRING_LEN("00000000-0005-7002-8000-0000", id, 28);
-    last = (struct uuid7){ 5, 0xfff, (UINT64_C(1) << 62) - 1 };
+    last = (struct uuid7){ .ms = 5, .hi = 0xfff, .lo = (UINT64_C(1) << 62) - 1 };
     TEST_ASSERT_EQUAL_INT(STATUS_OK, uuid7_make(&last, 5, id));
     TEST_ASSERT_EQUAL_STRING_LEN("00000000-0006-7000-8000-0000", id, 28);
 }
