@@ -525,13 +525,38 @@ enum status protocol_result(const struct request_id *id, cJSON *result, struct l
     return finish(line, PROTOCOL_MAX_LINE - 1, ret);
 }
 
-enum status protocol_reply(const struct protocol *protocol, const struct request_id *id,
-                           cJSON *result, struct line *ret)
+/* The line that reply() makes of a tree, of text: a tree of it would copy it twice. */
+static enum status reply_text(const struct request_id *id, const char *result, struct line *ret)
+{
+    static const char head[] = "{\"jsonrpc\":\"2.0\",\"id\":", middle[] = ",\"result\":";
+    cJSON *number = id_json(id);
+    char *text;
+    size_t id_n, n = strlen(result);
+    enum status s = json_print(number, PROTOCOL_MAX_LINE, &text, &id_n);
+    cJSON_Delete(number);
+    if (s != STATUS_OK)
+        return s;
+    size_t size = sizeof head + id_n + sizeof middle + n; /* the brace for one NUL */
+    struct line line = { .text = size <= PROTOCOL_MAX_LINE ? malloc(size) : NULL, .n = size - 1 };
+    if (line.text == NULL)
+        s = size <= PROTOCOL_MAX_LINE ? STATUS_NO_MEMORY : STATUS_RANGE;
+    else
+        snprintf(line.text, size, "%s%s%s%s}", head, text, middle, result);
+    free(text);
+    if (s == STATUS_OK && !utf8_is_valid_n(line.text, line.n)) {
+        free(line.text);
+        s = STATUS_FORMAT;
+    }
+    if (s == STATUS_OK)
+        *ret = line;
+    return s;
+}
+
+/* Instead of a reply that could not be made. */
+static enum status refuse_reply(const struct protocol *protocol, const struct request_id *id,
+                                enum status s, struct line *ret)
 {
     struct refusal refusal;
-    enum status s = protocol_result(id, result, ret);
-    if (s == STATUS_OK)
-        return s;
     refusal_set(&refusal,
                 s == STATUS_RANGE    ? REASON_REPLY_TOO_LARGE
                 : s == STATUS_FORMAT ? REASON_INTERNAL
@@ -540,6 +565,19 @@ enum status protocol_reply(const struct protocol *protocol, const struct request
     return protocol_refuse(protocol, id, &refusal, ret);
 }
 
+enum status protocol_reply(const struct protocol *protocol, const struct request_id *id,
+                           cJSON *result, struct line *ret)
+{
+    enum status s = protocol_result(id, result, ret);
+    return s == STATUS_OK ? s : refuse_reply(protocol, id, s, ret);
+}
+
+enum status protocol_reply_text(const struct protocol *protocol, const struct request_id *id,
+                                const char *result, struct line *ret)
+{
+    enum status s = reply_text(id, result, ret);
+    return s == STATUS_OK ? s : refuse_reply(protocol, id, s, ret);
+}
 /* Text that was cut within a character, or is no UTF-8 at all, made valid. */
 static void make_valid(char *text)
 {

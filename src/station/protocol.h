@@ -222,6 +222,10 @@ enum status protocol_result(const struct request_id *id, cJSON *result, struct l
 /* The same; what cannot be replied becomes the error it is.  STATUS_NO_MEMORY. */
 enum status protocol_reply(const struct protocol *protocol, const struct request_id *id,
                            cJSON *result, struct line *ret);
+
+/* The same of a result that is JSON already, of one line and without null. */
+enum status protocol_reply_text(const struct protocol *protocol, const struct request_id *id,
+                                const char *result, struct line *ret);
 enum status protocol_refuse(const struct protocol *protocol, const struct request_id *id,
                             const struct refusal *refusal, struct line *ret);
 

@@ -50,14 +50,15 @@ static void add_record(cJSON *match, const struct store_record *record)
 
 /* Without `nearest` the answer is what is stored, and it is text already: printing the
  * same numbers a second time would cost more than finding the match did. */
-static cJSON *stored_text(const struct store_record *record)
+static void answer_stored_text(const struct matching *m)
 {
+    const struct store_record *record = m->record;
     char text[sizeof record->match_json + 256];
     int end = (int)strlen(record->match_json) - 1; /* of the brace */
     snprintf(text, sizeof text,
              "%.*s,\"record\":{\"id\":\"%s\",\"seq\":%" PRId64 ",\"taken_at\":\"%s\"}}", end,
              record->match_json, record->id, record->seq, record->taken_at);
-    return cJSON_CreateRaw(text);
+    station_answer_text(m->station, &m->ticket, text);
 }
 
 /* ---- a retry ------------------------------------------------------------------------ */
@@ -139,10 +140,11 @@ static void answer_stored(struct matching *m)
 {
     cJSON *result = m->result;
     m->result = NULL;
-    if (m->k > 0)
-        add_record(result, m->record);
-    else
-        result = stored_text(m->record);
+    if (m->k == 0) {
+        answer_stored_text(m);
+        return;
+    }
+    add_record(result, m->record);
     station_answer(m->station, &m->ticket, result);
 }
 
@@ -191,9 +193,11 @@ static void go_on(struct matching *m)
         m->write.record = m->record;
         writer_ask(station->writer, &m->write);
     } else {
-        cJSON *result = m->k > 0 ? m->result : cJSON_CreateRaw(m->record->match_json);
-        m->result = NULL;
-        station_answer(station, &m->ticket, result);
+        if (m->k > 0)
+            station_answer(station, &m->ticket, m->result);
+        else
+            station_answer_text(station, &m->ticket, m->record->match_json);
+        m->result = NULL; /* given away */
         matching_free(m);
     }
 }

@@ -70,6 +70,13 @@ void station_answer(struct station *station, const struct ticket *ticket, cJSON 
     answer_or_drop(station, ticket, s, &line);
 }
 
+void station_answer_text(struct station *station, const struct ticket *ticket, const char *result)
+{
+    struct line line;
+    enum status s = protocol_reply_text(station->protocol, &ticket->id, result, &line);
+    answer_or_drop(station, ticket, s, &line);
+}
+
 void station_refuse(struct station *station, const struct ticket *ticket,
                     const struct refusal *refusal)
 {
@@ -196,6 +203,23 @@ static void send_event(struct station *station, const struct event *event)
     free(telling.line.text);
 }
 
+static void lose_event(enum event_topic topic, const char *type, enum status s)
+{
+    log_error("station: event %s/%s is lost: %s", event_topic_name(topic), type, status_text(s));
+}
+
+void station_tell_text(struct station *station, enum event_topic topic, const char *type,
+                       const char *data)
+{
+    enum status s = events_add(&station->events, topic, type, data, NULL);
+    if (s != STATUS_OK) {
+        lose_event(topic, type, s);
+        return;
+    }
+    station->counters.events++;
+    send_event(station, events_last(&station->events));
+}
+
 void station_tell(struct station *station, enum event_topic topic, const char *type, cJSON *data)
 {
     char *text;
@@ -204,17 +228,12 @@ void station_tell(struct station *station, enum event_topic topic, const char *t
         s = json_print(data, PROTOCOL_MAX_LINE / 2, &text, NULL);
     json_memory_begin();
     cJSON_Delete(data);
-    if (s == STATUS_OK) {
-        s = events_add(&station->events, topic, type, text, NULL);
-        free(text);
-    }
     if (s != STATUS_OK) {
-        log_error("station: event %s/%s is lost: %s", event_topic_name(topic), type,
-                  status_text(s));
+        lose_event(topic, type, s);
         return;
     }
-    station->counters.events++;
-    send_event(station, events_last(&station->events));
+    station_tell_text(station, topic, type, text);
+    free(text);
 }
 
 /* ---- tables ------------------------------------------------------------------------- */

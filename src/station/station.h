@@ -121,6 +121,8 @@ struct ticket ticket_of(const struct client *client, const struct request *reque
 
 /* Each ticket is answered once.  The result is given away; NULL: no memory. */
 void station_answer(struct station *station, const struct ticket *ticket, cJSON *result);
+void station_answer_text(struct station *station, const struct ticket *ticket,
+                         const char *result); /* JSON already */
 void station_answer_line(struct station *station, const struct ticket *ticket, struct line *line);
 void station_refuse(struct station *station, const struct ticket *ticket,
                     const struct refusal *refusal);
@@ -136,6 +138,8 @@ void station_line(void *station, struct client *client, const char *line, size_t
 
 /* An event for all who subscribed to its topic; data is given away.  type is a constant. */
 void station_tell(struct station *station, enum event_topic topic, const char *type, cJSON *data);
+void station_tell_text(struct station *station, enum event_topic topic, const char *type,
+                       const char *data); /* JSON already */
 
 /* ---- the store ---------------------------------------------------------------------- */
 

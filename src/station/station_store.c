@@ -462,13 +462,12 @@ static void note_stored(struct station *station, const char *uuid)
 
 void station_tell_record(struct station *station, const struct store_record *record)
 {
-    cJSON *data = cJSON_CreateObject();
+    char data[STORE_UUID_SIZE + 64];
     if (++station->counters.records % RECORDS_PER_CHECK == 0 && station->housekeeping != NULL)
         housekeeping_look_at_wal(station->housekeeping);
     if (record->seq > station->store.last_seq)
         station->store.last_seq = record->seq;
     note_stored(station, record->uuid);
-    cJSON_AddStringToObject(data, "id", record->id);
-    cJSON_AddNumberToObject(data, "seq", (double)record->seq);
-    station_tell(station, EVENT_STORE, "record", data);
+    snprintf(data, sizeof data, "{\"id\":\"%s\",\"seq\":%" PRId64 "}", record->id, record->seq);
+    station_tell_text(station, EVENT_STORE, "record", data);
 }

@@ -411,6 +411,50 @@ static void test_replies_that_cannot_leave(void)
     check_reply_becomes(result_with(long_text(1024 * 1024)), "reply_too_large");
 }
 
+/* Text as a result makes the line that a tree of it makes, whatever the id, and the same errors. */
+static void test_reply_of_text(void)
+{
+    static const char *const results[] = { "{}", "{\"x\":[0.1,\"\xc3\xa9\"]}",
+                                           "{\"x\":\"caf\xe9\"}" };
+    const struct request_id ids[] = {
+        one,
+        { .kind = REQUEST_ID_NONE },
+        { .kind = REQUEST_ID_INTEGER, .integer = -PROTOCOL_MAX_INTEGER },
+        { .kind = REQUEST_ID_STRING, .text = "a\"\n\xc3\xa9" },
+    };
+    for (size_t i = 0; i < sizeof results / sizeof *results; i++) {
+        for (size_t j = 0; j < sizeof ids / sizeof *ids; j++) {
+            struct line expect, line;
+            cJSON *raw = cJSON_CreateRaw(results[i]);
+            TEST_ASSERT_EQUAL_INT(STATUS_OK, protocol_reply(protocol, &ids[j], raw, &expect));
+            TEST_ASSERT_EQUAL_INT(STATUS_OK,
+                                  protocol_reply_text(protocol, &ids[j], results[i], &line));
+            TEST_ASSERT_EQUAL_size_t(expect.n, line.n);
+            TEST_ASSERT_EQUAL_STRING(expect.text, line.text);
+            free(expect.text);
+            free(line.text);
+        }
+    }
+}
+
+static void test_longest_reply_of_text(void)
+{
+    static const char around[] = "{\"jsonrpc\":\"2.0\",\"id\":1,\"result\":}";
+    size_t fits = PROTOCOL_MAX_LINE - 1 - (sizeof around - 1);
+    char *text = malloc(fits + 2);
+    struct line line;
+    memset(text, ' ', fits + 1); /* nobody looks into it */
+    text[fits + 1] = '\0';
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, protocol_reply_text(protocol, &one, text + 1, &line));
+    TEST_ASSERT_EQUAL_size_t(PROTOCOL_MAX_LINE - 1, line.n);
+    TEST_ASSERT_EQUAL_size_t(line.n, strlen(line.text));
+    free(line.text);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, protocol_reply_text(protocol, &one, text, &line));
+    TEST_ASSERT_NOT_NULL(strstr(line.text, "\"reply_too_large\""));
+    free(line.text);
+    free(text);
+}
+
 /* 1 MiB with the line feed that the connection adds is the longest. */
 static void test_longest_reply(void)
 {
@@ -824,6 +868,13 @@ static void test_no_memory_for_a_reply(void)
             free(line.text);
         else
             TEST_ASSERT_EQUAL_INT(STATUS_NO_MEMORY, s);
+        allocations_left = enough;
+        s = protocol_reply_text(protocol, &one, "{}", &line);
+        allocations_left = -1;
+        if (s == STATUS_OK)
+            free(line.text);
+        else
+            TEST_ASSERT_EQUAL_INT(STATUS_NO_MEMORY, s);
     }
 }
 
@@ -873,6 +924,8 @@ int main(void)
     RUN_TEST(test_numbers_are_exact);
     RUN_TEST(test_replies_that_cannot_leave);
     RUN_TEST(test_longest_reply);
+    RUN_TEST(test_reply_of_text);
+    RUN_TEST(test_longest_reply_of_text);
     RUN_TEST(test_errors);
     RUN_TEST(test_errors_are_valid_utf8);
     RUN_TEST(test_every_reason);
