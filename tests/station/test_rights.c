@@ -1,6 +1,6 @@
 /* test_rights.c - what the kernel says of a peer, and what follows: by its user, its group and its
  * further groups, however many; and nothing where it cannot be known. */
-#define _GNU_SOURCE /* setgroups() */
+#define _GNU_SOURCE /* setgroups(), setegid() */
 #include "station/rights.h"
 
 #include <grp.h>
@@ -43,7 +43,7 @@ static enum found rights_here(void)
     close(fd[1]);
     if (!known)
         return FOUND_FAILURE;
-    if (peer.pid != getpid() || peer.uid != getuid())
+    if (peer.pid != getpid() || peer.uid != geteuid())
         return FOUND_WRONG;
     return !peer.may ? FOUND_NOTHING : (enum found)(FOUND_KIOSK + (int)peer.right);
 }
@@ -84,13 +84,13 @@ static enum found found_as(const struct member_case *c)
     fflush(NULL); /* or the child writes it as well */
     pid_t child = fork();
     if (child == 0) {
-        if (setgroups(n, groups) != 0 || setgid(c->gid) != 0 || setuid(c->uid) != 0)
+        if (setgroups(n, groups) != 0 || setegid(c->gid) != 0 || seteuid(c->uid) != 0)
             exit(FOUND_WRONG);
         if (c->scarce)
             scarce_begin(SCARCE_ALL, 0);
         enum found found = rights_here();
         (void)scarce_end();
-        exit((int)found);
+        exit(seteuid(0) == 0 ? (int)found : FOUND_WRONG); /* what it leaves is root's */
     }
     TEST_ASSERT_EQUAL_INT(child, waitpid(child, &status, 0));
     return WIFEXITED(status) ? (enum found)WEXITSTATUS(status) : FOUND_WRONG;
