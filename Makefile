@@ -221,9 +221,10 @@ $(BUILD)/simhost: $(call objects,$(mock_c) $(wildcard tests/sim/*.c)) $(lib_a)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(shell pkg-config --libs $(MOCKS) $(WIRES)) -lm
 
 # What of a test's may be made to run out; see tests/station/scarce_tools.h.
+run_short := json/test_memory $(addprefix station/test_,scarce_answers scarce_start rights)
 scarce := malloc calloc realloc strdup pthread_create \
           $(addprefix sd_event_add_,io time time_relative defer)
-$(addprefix $(BUILD)/tests/station/test_,scarce_answers scarce_start rights): LINK := $(scarce:%=-Wl,--wrap=%)
+$(addprefix $(BUILD)/tests/,$(run_short)): LINK := $(scarce:%=-Wl,--wrap=%)
 
 # A test may use everything but the main programs.
 not_main = $(filter-out %/main.o,$(1))

@@ -3,9 +3,9 @@
 #include "json/memory.h"
 
 #include <pthread.h>
-#include <string.h>
 
 #include "json/give.h"
+#include "tests/station/scarce_tools.h"
 #include "unity.h"
 
 void setUp(void)
@@ -17,10 +17,11 @@ void tearDown(void)
 {
 }
 
-/* No machine has so much: the string's copy is refused. */
 static void be_refused(void)
 {
-    TEST_ASSERT_NULL(cJSON_malloc((size_t)-1 / 2));
+    scarce_begin(SCARCE_ONE, 0);
+    TEST_ASSERT_NULL(cJSON_CreateObject());
+    TEST_ASSERT_TRUE(scarce_end());
 }
 
 static void test_enough(void)
