@@ -63,13 +63,6 @@ void answer_colour(struct answer_weights *weights, struct store_record *record)
     strcpy(record->observer, observer_name(OBSERVER_10DEG));
 }
 
-double answer_a_star(struct answer_weights *weights, const struct spectrum *spectrum)
-{
-    struct colour colour;
-    colour_of(weights, spectrum, &colour);
-    return colour.Lab[1];
-}
-
 /* ---- match -------------------------------------------------------------------------- */
 
 bool answer_is_quick(struct loaded_table *table, enum match_by by, size_t k)

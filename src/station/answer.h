@@ -23,9 +23,6 @@ struct answer_weights {
  * give no colour the numbers are NAN (sRGB 0) and ita_scheme is "". */
 void answer_colour(struct answer_weights *weights, struct store_record *record);
 
-/* a* of a spectrum, NAN without a colour. */
-double answer_a_star(struct answer_weights *weights, const struct spectrum *spectrum);
-
 /* Whether matching takes well under a millisecond, so that the loop may do it itself: the
  * matcher is made, and `by` and k are of the quick kind. */
 bool answer_is_quick(struct loaded_table *table, enum match_by by, size_t k);

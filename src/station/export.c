@@ -354,11 +354,6 @@ static const struct format formats[] = {
 };
 enum { FORMATS = sizeof formats / sizeof *formats };
 
-const char *export_format_name(enum export_format format)
-{
-    return formats[format].name;
-}
-
 enum status export_format_parse(const char *text, enum export_format *ret)
 {
     for (size_t i = 0; i < FORMATS; i++) {

@@ -22,8 +22,8 @@
 #include "db/store.h"
 
 enum export_format { EXPORT_CSV, EXPORT_JSON, EXPORT_CGATS };
-const char *export_format_name(enum export_format format);                  /* "csv" */
-enum status export_format_parse(const char *text, enum export_format *ret); /* STATUS_NOT_FOUND */
+/* "csv", "json", "cgats"; else STATUS_NOT_FOUND. */
+enum status export_format_parse(const char *text, enum export_format *ret);
 
 enum { EXPORT_PAGE_BYTES = 512 * 1024 };
 

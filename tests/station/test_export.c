@@ -37,9 +37,11 @@ static void check_whole(enum export_format format, const char *expect)
 
 static void test_names(void)
 {
-    enum export_format format = EXPORT_CGATS;
-    TEST_ASSERT_EQUAL_STRING("csv", export_format_name(EXPORT_CSV));
-    TEST_ASSERT_EQUAL_STRING("cgats", export_format_name(EXPORT_CGATS));
+    enum export_format format = EXPORT_CSV;
+    TRY(export_format_parse("cgats", &format));
+    TEST_ASSERT_EQUAL_INT(EXPORT_CGATS, format);
+    TRY(export_format_parse("csv", &format));
+    TEST_ASSERT_EQUAL_INT(EXPORT_CSV, format);
     TRY(export_format_parse("json", &format));
     TEST_ASSERT_EQUAL_INT(EXPORT_JSON, format);
     TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, export_format_parse("CSV", &format));
