@@ -2,14 +2,13 @@
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
-#include "base/log.h"
 #include "cli/command.h"
 #include "cli/member.h"
 #include "cli/options.h"
 #include "cli/prompt.h"
 #include "cli/remote.h"
+#include "cli/subcommand.h"
 
 /* ---- verify ------------------------------------------------------------------------- */
 
@@ -128,10 +127,7 @@ static int run_begin_anew(int argc, char **argv)
 
 /* ---- all of them -------------------------------------------------------------------- */
 
-static const struct {
-    const char *name, *summary;
-    int (*run)(int argc, char **argv);
-} subcommands[] = {
+static const struct subcommand subcommands[] = {
     { "verify", "                check every row and the audit chain", run_verify },
     { "begin-anew", "                after damage: an empty store from here on", run_begin_anew },
     { "subjects", "                whose skin was measured", cmd_subjects },
@@ -141,18 +137,7 @@ static const struct {
 
 int cmd_store(int argc, char **argv)
 {
-    bool help = argc > 1 && strcmp(argv[1], "--help") == 0;
-    for (size_t i = 0; argc > 1 && i < sizeof subcommands / sizeof *subcommands; i++)
-        if (strcmp(argv[1], subcommands[i].name) == 0)
-            return subcommands[i].run(argc - 1, argv + 1);
-    FILE *stream = help ? stdout : stderr;
-    if (!help && argc > 1)
-        log_error("there is no 'store %s'", argv[1]);
-    fputs("Usage: skinspec store COMMAND [OPTION...]\n"
-          "The station's store: every reading, kept for good.\n",
-          stream);
-    for (size_t i = 0; i < sizeof subcommands / sizeof *subcommands; i++)
-        fprintf(stream, "  %-14s %s\n", subcommands[i].name, subcommands[i].summary);
-    fputs("'skinspec store COMMAND --help' tells more.\n", stream);
-    return help ? out_exit(true) : EXIT_USAGE;
+    return subcommand_run(argc, argv, "store",
+                          "The station's store: every reading, kept for good.\n", subcommands,
+                          sizeof subcommands / sizeof *subcommands);
 }

@@ -14,6 +14,7 @@
 #include "cli/options.h"
 #include "cli/out.h"
 #include "cli/progress_bar.h"
+#include "cli/subcommand.h"
 #include "cli/table_out.h"
 #include "db/table_build.h"
 #include "db/table_file.h"
@@ -329,10 +330,7 @@ static int run_verify(int argc, char **argv)
     return out_exit(s == STATUS_OK);
 }
 
-static const struct {
-    const char *name, *summary;
-    int (*run)(int argc, char **argv);
-} subcommands[] = {
+static const struct subcommand subcommands[] = {
     { "build", "--model M --out FILE [grid...]   compute a table", run_build },
     { "info", "TABLE                            what it holds and how it was made", run_info },
     { "verify", "TABLE                            compute it anew and compare", run_verify },
@@ -340,16 +338,6 @@ static const struct {
 
 int cmd_table(int argc, char **argv)
 {
-    bool help = argc > 1 && strcmp(argv[1], "--help") == 0;
-    for (size_t i = 0; argc > 1 && i < sizeof subcommands / sizeof *subcommands; i++)
-        if (strcmp(argv[1], subcommands[i].name) == 0)
-            return subcommands[i].run(argc - 1, argv + 1);
-    FILE *stream = help ? stdout : stderr;
-    if (!help && argc > 1)
-        log_error("there is no 'table %s'", argv[1]);
-    fputs("Usage: skinspec table COMMAND [OPTION...]\n", stream);
-    for (size_t i = 0; i < sizeof subcommands / sizeof *subcommands; i++)
-        fprintf(stream, "  %-7s %s\n", subcommands[i].name, subcommands[i].summary);
-    fputs("'skinspec table COMMAND --help' tells more.\n", stream);
-    return help ? out_exit(true) : EXIT_USAGE;
+    return subcommand_run(argc, argv, "table", "", subcommands,
+                          sizeof subcommands / sizeof *subcommands);
 }
