@@ -28,7 +28,9 @@ wire_c  := $(patsubst %,src/station/%.c,protocol schema strict_json wire events)
 drivers_c := $(wildcard drivers/*.c drivers/*/*.c)
 cli_c   := $(wildcard src/cli/*.c)
 tests_c := $(wildcard tests/*/test_*.c)
-support_c := $(wildcard tests/support/*.c tests/drivers/contract.c tests/sim/*.c)
+# What stands for the instruments; wire_memory is the one that needs a driver's link.
+sims_c  := $(filter-out tests/sim/test_%.c tests/sim/wire_memory.c,$(wildcard tests/sim/*.c))
+support_c := $(wildcard tests/support/*.c tests/drivers/contract.c) $(sims_c) $(wildcard tests/sim/wire_memory.c)
 # What mocks the system's devices for unmodified programs, and the program that does.
 mock_c  := $(wildcard tests/sim/mock/*.c)
 fuzz_c  := $(wildcard tests/fuzz/*.c)
@@ -216,7 +218,7 @@ $(daemon): $(station_o) $(json_o) $(db_o) $(drivers_o) $(lib_a)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) $(WIRES_LIBS) -lm
 
 $(call objects,$(mock_c)): PKG_CFLAGS = $(shell pkg-config --cflags $(MOCKS) $(WIRES))
-$(BUILD)/simhost: $(call objects,$(mock_c) $(wildcard tests/sim/*.c)) $(lib_a)
+$(BUILD)/simhost: $(call objects,$(mock_c) $(sims_c)) $(lib_a)
 	@echo "  LD $@"
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(shell pkg-config --libs $(MOCKS) $(WIRES)) -lm
 

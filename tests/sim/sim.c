@@ -1,0 +1,18 @@
+/* sim.c - the list of simulators. */
+#include "tests/sim/sim.h"
+
+#include <string.h>
+
+static const struct sim_kind *const kinds[] = {
+    &sim_cm700d,
+    &sim_cm2600d,
+    &sim_sp62,
+};
+
+const struct sim_kind *sim_find(const char *name)
+{
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        if (strcmp(kinds[i]->name, name) == 0)
+            return kinds[i];
+    return NULL;
+}
