@@ -49,7 +49,8 @@ struct sim_kind {
     const char *product;
 };
 
-extern const struct sim_kind sim_cm700d, sim_cm2600d, sim_sp62, sim_usb2000, sim_usb4000;
+extern const struct sim_kind sim_cm700d, sim_cm2600d, sim_sp62, sim_usb2000, sim_usb4000,
+    sim_hr2000, sim_hr4000;
 
 /* NULL where there is none of that name.  sim.c has the list. */
 const struct sim_kind *sim_find(const char *name);
