@@ -52,7 +52,7 @@ lib_a   := $(BUILD)/libskinspec.a
 lib_so  := $(BUILD)/libskinspec.so.0
 program := $(BUILD)/skinspec
 daemon  := $(BUILD)/skinspecd
-simhost := $(if $(mock_c),$(BUILD)/simhost)
+simhost := $(if $(wildcard tests/sim/mock/host.c),$(BUILD)/simhost)
 tables  := $(BUILD)/tables/table-two-layer.db $(BUILD)/tables/table-paper.db
 
 .PHONY: FORCE help all demo test test-fuzz test-kill test-soak soak bench asan cover lint format docs install clean \
@@ -217,7 +217,8 @@ $(daemon): $(station_o) $(json_o) $(db_o) $(drivers_o) $(lib_a)
 	@echo "  LD $@"
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) $(WIRES_LIBS) -lm
 
-$(call objects,$(mock_c)): PKG_CFLAGS = $(shell pkg-config --cflags $(MOCKS) $(WIRES))
+$(call objects,$(mock_c)) $(BUILD)/obj/tests/sim/test_mock_%.o: \
+    PKG_CFLAGS = $(shell pkg-config --cflags $(MOCKS) $(WIRES))
 $(BUILD)/simhost: $(call objects,$(mock_c) $(sims_c)) $(lib_a)
 	@echo "  LD $@"
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(shell pkg-config --libs $(MOCKS) $(WIRES)) -lm
@@ -234,6 +235,14 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(call objects,$(support_c)) $(BUILD)/o
         $(call not_main,$(cli_o) $(station_o)) $(json_o) $(db_o) $(drivers_o) $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $(LINK) $^ -o $@ $(PKG_LIBS) $(WIRES_LIBS) -lm
+
+# Programs that are mock and client in one: the preload library before all others, so that
+# they need no wrapper, and AddressSanitizer finds its own in place.
+$(BUILD)/tests/sim/test_mock_%: $(BUILD)/obj/tests/sim/test_mock_%.o $(BUILD)/obj/unity.o \
+        $(call objects,$(filter-out %/host.c,$(mock_c)) $(sims_c)) $(lib_a)
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) -Wl,--no-as-needed -lumockdev-preload -Wl,--as-needed $^ -o $@ \
+	    $(shell pkg-config --libs $(MOCKS) $(WIRES)) -lm
 
 $(BUILD)/fuzz_%: $(BUILD)/obj/tests/fuzz/fuzz_%.o $(BUILD)/obj/tests/support/table_files.o \
         $(call not_main,$(station_o)) $(json_o) $(db_o) $(drivers_o) $(lib_a)
