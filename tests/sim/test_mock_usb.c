@@ -7,17 +7,21 @@
 #include <libusb.h>
 #include <math.h>
 #include <pthread.h>
+#include <spawn.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "tests/sim/ocean.h"
 #include "unity.h"
+
+extern char **environ;
 
 enum { PIXELS = 2048, SPECTRUM = 2 * PIXELS + 1, SHORT_MS = 150, LONG_MS = 5000 };
 enum { MOST_MOCKS = 3 };
@@ -565,8 +569,72 @@ static void test_back_at_another_address(void)
     mock_usb_free(back);
 }
 
-int main(void)
+/* ---- another program ----------------------------------------------------------------- */
+
+static const char *program;
+
+/* This program as a client and nothing else: says the serial number, then waits for a
+ * spectrum of 20 s.  Exit status 0: it was told that the instrument has gone. */
+static int be_client(void)
 {
+    const uint8_t long_us[] = { 0x02, 0x00, 0x2d, 0x31, 0x01 };
+    libusb_device_handle *handle = NULL;
+    char text[16] = "";
+    double mean;
+    int n, result = libusb_init(&usb);
+    if (result == 0)
+        result = open_device(0x101e, 0, &handle);
+    if (result == 0)
+        result = libusb_claim_interface(handle, 0);
+    if (result == 0)
+        result = slot(handle, 0, text);
+    if (result == 0)
+        result = libusb_bulk_transfer(handle, 0x01, (unsigned char *)(uintptr_t)long_us,
+                                      sizeof long_us, &n, LONG_MS);
+    printf("%s\n", result == 0 ? text : libusb_error_name(result));
+    fflush(stdout);
+    if (result == 0)
+        result = spectrum(handle, 20000, &mean);
+    if (handle != NULL)
+        libusb_close(handle);
+    libusb_exit(usb);
+    return result == LIBUSB_ERROR_NO_DEVICE ? 0 : 1;
+}
+
+static void test_another_program(void)
+{
+    plug(0, &sim_usb2000, "serial=ELSEWHERE", &first_place);
+    int ends[2];
+    pid_t client;
+    char said[32] = "";
+    posix_spawn_file_actions_t actions;
+    TEST_ASSERT_EQUAL_INT(0, pipe(ends));
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+    posix_spawn_file_actions_addclose(&actions, ends[0]);
+    char *const arguments[] = { (char *)(uintptr_t)program, "client", NULL };
+    int error = posix_spawn(&client, program, &actions, NULL, arguments, environ);
+    posix_spawn_file_actions_destroy(&actions);
+    close(ends[1]);
+    TEST_ASSERT_EQUAL_INT(0, error);
+
+    ssize_t n = read(ends[0], said, sizeof said - 1);
+    close(ends[0]);
+    sleep_ms(50);
+    mock_usb_unplug(mocks[0]);
+    int status = -1;
+    pid_t ended = waitpid(client, &status, 0);
+    TEST_ASSERT_EQUAL_INT(10, n);
+    TEST_ASSERT_EQUAL_STRING("ELSEWHERE\n", said);
+    TEST_ASSERT_EQUAL_INT(client, ended);
+    TEST_ASSERT_EQUAL_INT(0, status);
+}
+
+int main(int argc, char **argv)
+{
+    program = argv[0];
+    if (argc == 2 && strcmp(argv[1], "client") == 0)
+        return be_client();
     testbed = umockdev_testbed_new();
     if (!umockdev_in_mock_environment()) { /* remembers: not to be asked before the line above */
         fprintf(stderr, "the preload library of umockdev is missing\n");
@@ -589,6 +657,7 @@ int main(void)
     RUN_TEST(test_gone_in_mid_transfer);
     RUN_TEST(test_plugged_in_and_pulled_out_again_and_again);
     RUN_TEST(test_back_at_another_address);
+    RUN_TEST(test_another_program);
     int failures = UNITY_END();
     g_object_unref(testbed);
     return failures;
