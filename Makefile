@@ -229,12 +229,16 @@ scarce := malloc calloc realloc strdup pthread_create \
           $(addprefix sd_event_add_,io time time_relative defer)
 $(addprefix $(BUILD)/tests/,$(run_short)): LINK := $(scarce:%=-Wl,--wrap=%)
 
-# A test may use everything but the main programs.
+# A test may use everything but the main programs.  One that is named test_NAME_umockdev.c makes
+# itself mocked devices: the library that redirects its system calls comes first, before libasan.
 not_main = $(filter-out %/main.o,$(1))
+$(BUILD)/obj/tests/%_umockdev.o: PKG_CFLAGS += $(shell pkg-config --cflags $(MOCKS))
+$(BUILD)/tests/%_umockdev: PRELOAD = -Wl,--no-as-needed -lumockdev-preload -Wl,--as-needed
+$(BUILD)/tests/%_umockdev: MOCKS_LIBS = $(shell pkg-config --libs $(MOCKS))
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(call objects,$(support_c)) $(BUILD)/obj/unity.o \
         $(call not_main,$(cli_o) $(station_o)) $(json_o) $(db_o) $(drivers_o) $(lib_a)
 	@mkdir -p $(@D)
-	@$(CC) $(ALL_CFLAGS) $(LINK) $^ -o $@ $(PKG_LIBS) $(WIRES_LIBS) -lm
+	@$(CC) $(ALL_CFLAGS) $(PRELOAD) $(LINK) $^ -o $@ $(PKG_LIBS) $(WIRES_LIBS) $(MOCKS_LIBS) -lm
 
 # Programs that are mock and client in one: the preload library before all others, so that
 # they need no wrapper, and AddressSanitizer finds its own in place.

@@ -1,8 +1,9 @@
-/* call.c - an eventfd beside the instrument's own descriptor in one poll(). */
+/* call.c - an eventfd beside the instrument's own descriptors in one poll(). */
 #include "drivers/call.h"
 
+#include <assert.h>
 #include <limits.h>
-#include <poll.h>
+#include <string.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
@@ -47,17 +48,20 @@ int64_t call_now_ms(void)
     return clock_monotonic_ms();
 }
 
-enum call_end_of_wait call_wait(struct call *call, int fd, int64_t deadline_ms)
+enum call_end_of_wait call_wait_any(struct call *call, struct pollfd *fds, size_t n,
+                                    int64_t deadline_ms)
 {
-    struct pollfd on[2] = {
-        { .fd = call->cancelled_fd, .events = POLLIN },
-        { .fd = fd, .events = POLLIN }, /* poll() passes over -1 */
-    };
+    struct pollfd on[1 + CALL_MAX_FDS] = { { .fd = call->cancelled_fd, .events = POLLIN } };
+    assert(n <= CALL_MAX_FDS);
+    memcpy(on + 1, fds, n * sizeof *fds);
     while (!call->cancelled) {
         int64_t left = deadline_ms - call_now_ms();
-        int ready = poll(on, 2, left <= 0 ? 0 : left > INT_MAX ? INT_MAX : (int)left);
-        if (ready > 0 && on[0].revents == 0)
+        int ready =
+            poll(on, (nfds_t)(n + 1), left <= 0 ? 0 : left > INT_MAX ? INT_MAX : (int)left);
+        if (ready > 0 && on[0].revents == 0) {
+            memcpy(fds, on + 1, n * sizeof *fds);
             return CALL_READABLE;
+        }
         if (ready <= 0 && left <= 0)
             return CALL_DEADLINE;
         if (ready > 0) {
@@ -67,4 +71,10 @@ enum call_end_of_wait call_wait(struct call *call, int fd, int64_t deadline_ms)
         /* Otherwise a signal came, or poll() was a millisecond early: look again. */
     }
     return CALL_CANCELLED;
+}
+
+enum call_end_of_wait call_wait(struct call *call, int fd, int64_t deadline_ms)
+{
+    struct pollfd on = { .fd = fd, .events = POLLIN }; /* poll() passes over -1 */
+    return call_wait_any(call, &on, 1, deadline_ms);
 }

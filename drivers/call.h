@@ -8,7 +8,9 @@
 #ifndef SKINSPEC_DRIVERS_CALL_H
 #define SKINSPEC_DRIVERS_CALL_H
 
+#include <poll.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 struct call {
@@ -32,5 +34,11 @@ int64_t call_now_ms(void);
  * of the call stays. */
 enum call_end_of_wait { CALL_DEADLINE, CALL_READABLE, CALL_CANCELLED };
 enum call_end_of_wait call_wait(struct call *call, int fd, int64_t deadline_ms);
+
+/* The same for n <= CALL_MAX_FDS descriptors, each with the events of poll() that it is waited
+ * for.  Their revents are filled where it returns CALL_READABLE. */
+enum { CALL_MAX_FDS = 15 };
+enum call_end_of_wait call_wait_any(struct call *call, struct pollfd *fds, size_t n,
+                                    int64_t deadline_ms);
 
 #endif

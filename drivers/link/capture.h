@@ -13,13 +13,20 @@
  *   0.504400 ~ 00                        waited for it until the deadline in vain
  *   0.504500 ! gone                      the link failed, a name of driver_result
  *   0.600000 @ measure {...}             what the station was asked, JSON
+ *   0.700000 clock 1763803801            the driver asked for the time (link_realtime_s)
  *
- * Times are seconds since the first line.  Bytes are themselves where they are printable
+ * Times are seconds since the capture was made.  Bytes are themselves where they are printable
  * ASCII, \r, \n and \\, and \xHH else; a transfer of more than 64 bytes most of which are
- * not printable is written `:` and hex.  A line of a capture has no limit.
+ * not printable is written `:` and hex.  So are a `:` at the beginning and a space at either end
+ * written \xHH.  A transfer of no bytes ends after the channel.  A line of a capture has no
+ * limit.
  *
- * Lines are written whole, by any thread, and flushed before the call returns: what a
- * crash leaves can be read. */
+ * A send that failed is its `!` alone: what reached the instrument is not known.  `! cancelled`
+ * stands where the call was cancelled.
+ *
+ * Lines are written whole, by any thread, and are in the file before the call returns: what a
+ * crash leaves can be read.  After a line that could not be written no other is, for a hole
+ * would be mistaken for what the instrument did. */
 #ifndef SKINSPEC_DRIVERS_LINK_CAPTURE_H
 #define SKINSPEC_DRIVERS_LINK_CAPTURE_H
 
@@ -32,19 +39,21 @@
 
 struct capture;
 
-/* path is made anew (0600) and may not exist.  Logged.  STATUS_EXISTS, STATUS_IO,
- * STATUS_NO_MEMORY. */
+/* path is made anew (0600) and may not exist; its first lines are written: the version, the date,
+ * by which program, and the driver.  Model and firmware are notes, once they are known.  Logged.
+ * STATUS_EXISTS, STATUS_IO, STATUS_FULL, STATUS_NO_MEMORY. */
 enum status capture_create(const char *path, const char *driver, struct capture **ret);
 void capture_note(struct capture *capture, const char *format, ...) /* a line "# ..." */
     __attribute__((format(printf, 2, 3)));
 void capture_call(struct capture *capture, const char *call);                /* = */
 void capture_asked(struct capture *capture, const char *what);               /* @ */
-void capture_event(struct capture *capture, const char *event);              /* open, ! */
+void capture_event(struct capture *capture, const char *event); /* "open serial", "! gone" */
+void capture_clock(struct capture *capture, int64_t realtime_s);             /* clock */
 void capture_bytes(struct capture *capture, char direction, uint8_t channel, /* > < ~ */
                    const void *bytes, size_t n);
 
-/* STATUS_IO where any line could not be written (disk full): the capture is not whole.
- * Takes NULL. */
+/* STATUS_IO where any line could not be written (disk full): the capture is not whole, which has
+ * been logged.  Takes NULL. */
 enum status capture_close(struct capture *capture);
 
 /* ---- reading ------------------------------------------------------------------------ */
@@ -58,6 +67,7 @@ enum capture_kind {
     CAPTURE_SILENCE, /* channel */
     CAPTURE_FAILED,  /* text: a name of driver_result */
     CAPTURE_ASKED,   /* text */
+    CAPTURE_CLOCK,   /* text: seconds since 1970 */
 };
 
 struct capture_line {
@@ -65,9 +75,9 @@ struct capture_line {
     double at_s;
     unsigned line; /* of the file, from 1, for messages */
     uint8_t channel;
-    uint8_t *bytes;
+    uint8_t *bytes; /* NULL where n is 0 */
     size_t n;
-    char *text;
+    char *text; /* NULL where the kind has none */
 };
 
 struct capture_file {
@@ -77,7 +87,9 @@ struct capture_file {
 };
 
 /* Logged with file:line.  STATUS_FORMAT for a file that is no capture or has a line that is
- * none of the above, STATUS_IO, STATUS_NO_MEMORY. */
+ * none of the above, STATUS_VERSION for one of another version, STATUS_NOT_FOUND, STATUS_IO,
+ * STATUS_NO_MEMORY.  A last line without its end, which a crash leaves, is passed over with a
+ * warning. */
 enum status capture_read(const char *path, struct capture_file *ret);
 void capture_free(struct capture_file *file);
 
