@@ -217,8 +217,11 @@ static enum driver_result faulty_receive(struct link *link, uint8_t channel, voi
             return fail_gone(error);
         else
             r = receive_inner(faulty, channel, size, deadline_ms, &empty, error);
-        if (r == DRIVER_TIMEOUT && faulty->queued == 0)
-            end_reply(faulty); /* its duplicate comes next */
+        if (r == DRIVER_TIMEOUT && faulty->queued == 0) {
+            end_reply(faulty);
+            if (faulty->queued > 0)
+                continue; /* the duplicate came instead of silence */
+        }
         if (r != DRIVER_OK)
             return r;
         if (empty) { /* a transfer of no bytes */
