@@ -40,7 +40,7 @@ enum driver_result link_drain_by_receiving(struct link *link, uint8_t channel, i
 
 /* How a wait for permission of a device goes: EACCES and EPERM are asked again every
  * LINK_PERMISSION_STEP_MS for LINK_PERMISSION_MS, as udev may not have set the mode yet. */
-enum { LINK_PERMISSION_MS = 2000, LINK_PERMISSION_STEP_MS = 50 };
+enum { LINK_PERMISSION_MS = 2000, LINK_PERMISSION_STEP_MS = 100 };
 
 /* DRIVER_OK: try again.  began_ms: of the first try. */
 enum driver_result link_wait_for_permission(const struct link_wanted *wanted, int64_t began_ms,

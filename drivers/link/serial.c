@@ -5,6 +5,7 @@
  * clearly: POLLHUP or POLLERR, or something to read that is nothing.
  *
  * From top to bottom: the port's name, holding it alone, its settings, the link. */
+#define _DEFAULT_SOURCE /* CRTSCTS */
 #include <errno.h>
 #include <fcntl.h>
 #include <libserialport.h>
@@ -17,6 +18,7 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include "drivers/link/kinds.h"
@@ -177,19 +179,29 @@ static enum driver_result take_lock(const struct link_wanted *wanted, const char
 
 /* ---- its settings ------------------------------------------------------------------- */
 
-static enum sp_return fill_config(struct sp_port_config *config, const struct link_serial *wanted)
+static enum sp_return fill_config(struct sp_port_config *config, unsigned baud)
 {
     enum sp_return failed = SP_OK;
-    failed |= sp_set_config_baudrate(config, (int)wanted->baud);
+    failed |= sp_set_config_baudrate(config, (int)baud);
     failed |= sp_set_config_bits(config, 8);
     failed |= sp_set_config_parity(config, SP_PARITY_NONE);
     failed |= sp_set_config_stopbits(config, 1);
-    failed |= sp_set_config_flowcontrol(config, wanted->rts_cts ? SP_FLOWCONTROL_RTSCTS :
-                                                                  SP_FLOWCONTROL_NONE);
+    failed |= sp_set_config_flowcontrol(config, SP_FLOWCONTROL_NONE);
     failed |= sp_set_config_dtr(config, SP_DTR_ON);
-    if (!wanted->rts_cts) /* else the kernel's */
-        failed |= sp_set_config_rts(config, SP_RTS_ON);
+    failed |= sp_set_config_rts(config, SP_RTS_ON);
     return failed;
+}
+
+/* libserialport 0.1.1 reports success and writes CRTSCTS into the wrong word of the termios. */
+static int set_rts_cts(int fd, bool rts_cts)
+{
+    struct termios is;
+    if (tcgetattr(fd, &is) != 0)
+        return errno;
+    is.c_cflag = rts_cts ? is.c_cflag | CRTSCTS : is.c_cflag & ~(tcflag_t)CRTSCTS;
+    if (tcsetattr(fd, TCSANOW, &is) != 0 || tcgetattr(fd, &is) != 0)
+        return errno;
+    return ((is.c_cflag & CRTSCTS) != 0) == rts_cts ? 0 : EINVAL;
 }
 
 static enum driver_result configure(struct serial *serial, const struct link_wanted *wanted,
@@ -198,12 +210,14 @@ static enum driver_result configure(struct serial *serial, const struct link_wan
     struct sp_port_config *config;
     if (sp_new_config(&config) != SP_OK)
         return driver_fail(error, DRIVER_FAULT, NULL, "no memory");
-    enum sp_return r = fill_config(config, wanted->serial);
+    enum sp_return r = fill_config(config, wanted->serial->baud);
     if (r == SP_OK)
         r = sp_set_config(serial->port, config);
-    int why = r == SP_ERR_FAIL ? sp_last_error_code() : EINVAL;
+    int why = r == SP_OK       ? set_rts_cts(serial->fd, wanted->serial->rts_cts) :
+              r == SP_ERR_FAIL ? sp_last_error_code() :
+                                 EINVAL;
     sp_free_config(config);
-    if (r == SP_OK)
+    if (why == 0)
         return DRIVER_OK;
     if (why == EINVAL)
         return driver_fail(error, DRIVER_UNSUPPORTED, NULL, "%s cannot be set to %u baud, 8N1%s",
