@@ -235,6 +235,7 @@ not_main = $(filter-out %/main.o,$(1))
 $(BUILD)/obj/tests/%_umockdev.o: PKG_CFLAGS += $(shell pkg-config --cflags $(MOCKS))
 $(BUILD)/tests/%_umockdev: PRELOAD = -Wl,--no-as-needed -lumockdev-preload -Wl,--as-needed
 $(BUILD)/tests/%_umockdev: MOCKS_LIBS = $(shell pkg-config --libs $(MOCKS))
+$(filter %_umockdev,$(tests)): $(call objects,$(filter-out %/host.c,$(mock_c)))
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(call objects,$(support_c)) $(BUILD)/obj/unity.o \
         $(call not_main,$(cli_o) $(station_o)) $(json_o) $(db_o) $(drivers_o) $(lib_a)
 	@mkdir -p $(@D)

@@ -56,8 +56,7 @@ enum call_end_of_wait call_wait_any(struct call *call, struct pollfd *fds, size_
     memcpy(on + 1, fds, n * sizeof *fds);
     while (!call->cancelled) {
         int64_t left = deadline_ms - call_now_ms();
-        int ready =
-            poll(on, (nfds_t)(n + 1), left <= 0 ? 0 : left > INT_MAX ? INT_MAX : (int)left);
+        int ready = poll(on, (nfds_t)(n + 1), left <= 0 ? 0 : left > INT_MAX ? INT_MAX : (int)left);
         if (ready > 0 && on[0].revents == 0) {
             memcpy(fds, on + 1, n * sizeof *fds);
             return CALL_READABLE;

@@ -240,13 +240,13 @@ enum status capture_create(const char *path, const char *driver, struct capture 
     pthread_mutex_init(&capture->lock, NULL);
     capture->path = copy;
     clock_gettime(CLOCK_MONOTONIC, &capture->began);
-    capture->fd =
-        open(path, O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC | O_NOCTTY, S_IRUSR | S_IWUSR);
+    capture->fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC | O_NOCTTY,
+                       S_IRUSR | S_IWUSR);
     if (capture->fd < 0) {
         bool exists = errno == EEXIST;
         log_error("%s: %s", path,
-                  exists ? "there is such a file: a capture is never written over" :
-                           strerror(errno));
+                  exists ? "there is such a file: a capture is never written over"
+                         : strerror(errno));
         enum status s = exists ? STATUS_EXISTS : errno == ENOSPC ? STATUS_FULL : STATUS_IO;
         capture_free_memory(capture);
         return s;

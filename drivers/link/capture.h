@@ -45,10 +45,10 @@ struct capture;
 enum status capture_create(const char *path, const char *driver, struct capture **ret);
 void capture_note(struct capture *capture, const char *format, ...) /* a line "# ..." */
     __attribute__((format(printf, 2, 3)));
-void capture_call(struct capture *capture, const char *call);                /* = */
-void capture_asked(struct capture *capture, const char *what);               /* @ */
-void capture_event(struct capture *capture, const char *event); /* "open serial", "! gone" */
-void capture_clock(struct capture *capture, int64_t realtime_s);             /* clock */
+void capture_call(struct capture *capture, const char *call);    /* = */
+void capture_asked(struct capture *capture, const char *what);   /* @ */
+void capture_event(struct capture *capture, const char *event);  /* "open serial", "! gone" */
+void capture_clock(struct capture *capture, int64_t realtime_s); /* clock */
 void capture_bytes(struct capture *capture, char direction, uint8_t channel, /* > < ~ */
                    const void *bytes, size_t n);
 

@@ -84,8 +84,8 @@ static enum status read_bytes(const struct reader *reader, const char *text,
         size_t taken = 2;
         int byte = hex ? hex_byte(text) : text_byte(text, &taken);
         if (byte < 0)
-            return refuse(reader, hex ? "hex digits come in pairs after ':'" :
-                                        "bytes are printable ASCII, \\r, \\n, \\\\ or \\xHH");
+            return refuse(reader, hex ? "hex digits come in pairs after ':'"
+                                      : "bytes are printable ASCII, \\r, \\n, \\\\ or \\xHH");
         line->bytes[line->n++] = (uint8_t)byte;
         text += taken;
     }
@@ -156,8 +156,8 @@ static enum status read_line(const struct reader *reader, char *text, struct cap
         if (strncmp(rest, kinds[i].word, n) != 0)
             continue;
         line->kind = kinds[i].kind;
-        return kinds[i].is_transfer ? read_transfer(reader, rest + n, line) :
-                                      read_text(reader, rest + n, line);
+        return kinds[i].is_transfer ? read_transfer(reader, rest + n, line)
+                                    : read_text(reader, rest + n, line);
     }
     return refuse(reader, "after the time comes one of driver, open, clock, = > < ~ ! @");
 }

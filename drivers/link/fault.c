@@ -79,8 +79,7 @@ static bool strike(struct faulty *faulty, uint8_t *byte, bool *alone)
     struct fault_source *source = faulty->source;
     const struct fault *fault = &source->fault;
     int64_t now_ms = call_now_ms();
-    source->happened = fault->kind != FAULT_DROP ||
-                       source->bytes + 1 >= fault->byte + fault->count;
+    source->happened = fault->kind != FAULT_DROP || source->bytes + 1 >= fault->byte + fault->count;
     switch (fault->kind) {
     case FAULT_DROP:
         return true;

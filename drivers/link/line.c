@@ -56,8 +56,7 @@ static enum driver_result take_line(struct line_reader *reader, const char *end,
 {
     size_t n = (size_t)(end - reader->bytes);
     bool overlong = reader->overlong;
-    enum driver_result r =
-        overlong ? fail_overlong(error) : doubt_bytes(reader->bytes, n, error);
+    enum driver_result r = overlong ? fail_overlong(error) : doubt_bytes(reader->bytes, n, error);
     if (r == DRIVER_OK) {
         memcpy(line, reader->bytes, n);
         line[n] = '\0';

@@ -44,9 +44,9 @@ enum driver_result link_open(const struct driver_options *options, const struct 
     struct link *link = NULL;
     if (of_it.address == NULL)
         of_it.address = options->address != NULL ? options->address : "";
-    enum driver_result r = options->wire != NULL ?
-                               options->wire->open(options->wire, &of_it, &link, error) :
-                               open_by_address(&of_it, &link, error);
+    enum driver_result r = options->wire != NULL
+                               ? options->wire->open(options->wire, &of_it, &link, error)
+                               : open_by_address(&of_it, &link, error);
     if (r == DRIVER_OK && options->capture != NULL)
         r = link_record(link, options->capture, &link, error);
     if (r == DRIVER_OK)
@@ -112,9 +112,8 @@ enum driver_result link_drain_by_receiving(struct link *link, uint8_t channel, i
         struct driver_error silence;
         int64_t quiet_until_ms = call_now_ms() + quiet_ms;
         bool in_time = quiet_until_ms <= deadline_ms;
-        enum driver_result r =
-            link_receive(link, channel, bytes, sizeof bytes, &n,
-                         in_time ? quiet_until_ms : deadline_ms, &silence);
+        enum driver_result r = link_receive(link, channel, bytes, sizeof bytes, &n,
+                                            in_time ? quiet_until_ms : deadline_ms, &silence);
         if (r == DRIVER_TIMEOUT && in_time)
             return DRIVER_OK;
         if (r == DRIVER_TIMEOUT || (r == DRIVER_OK && call_now_ms() >= deadline_ms))

@@ -8,7 +8,7 @@
 #include "drivers/link/kinds.h"
 
 struct segment {
-    const char *call; /* "": before the first */
+    const char *call;  /* "": before the first */
     size_t first, end; /* lines of the file */
     bool used, brought_bytes;
 };
@@ -21,9 +21,9 @@ struct replay {
     size_t n;
     size_t here; /* segments before it are over */
 
-    char *call;  /* begun last */
-    bool silent; /* in a wait in which nothing happens */
-    bool none;   /* the capture has no such call */
+    char *call;     /* begun last */
+    bool silent;    /* in a wait in which nothing happens */
+    bool none;      /* the capture has no such call */
     size_t at, end; /* lines of the segment that are left */
     size_t taken;   /* bytes of line `at` that were received already */
 };
@@ -75,7 +75,8 @@ static bool cut_into_segments(struct replay *replay)
 static size_t next_other(const struct replay *replay)
 {
     size_t i = replay->here;
-    while (i < replay->n && (is_status(replay->segments[i].call) || is_wait(replay->segments[i].call)))
+    while (i < replay->n &&
+           (is_status(replay->segments[i].call) || is_wait(replay->segments[i].call)))
         i++;
     return i;
 }
@@ -119,9 +120,9 @@ static void replay_begin(struct link *link, const char *call)
 {
     struct replay *replay = (struct replay *)link;
     bool status = is_status(call), wait = is_wait(call);
-    size_t found = status ? find_status(replay) :
-                   wait   ? find_wait(replay, call) :
-                            find_call(replay, call);
+    size_t found = status ? find_status(replay)
+                   : wait ? find_wait(replay, call)
+                          : find_call(replay, call);
     free(replay->call);
     replay->call = strdup(call); /* NULL: a poorer message */
     replay->silent = wait && found == replay->n;
@@ -201,10 +202,9 @@ static enum driver_result differ(struct replay *replay, const char *wanted,
                            "sequence of calls",
                            replay->path, call);
     if (line == NULL)
-        return driver_fail(error, DRIVER_PROTOCOL, NULL,
-                           "%s:%u: expected the end of '%s', got %s", replay->path,
-                           replay->end > 0 ? replay->file.lines[replay->end - 1].line : 1, call,
-                           wanted);
+        return driver_fail(
+            error, DRIVER_PROTOCOL, NULL, "%s:%u: expected the end of '%s', got %s", replay->path,
+            replay->end > 0 ? replay->file.lines[replay->end - 1].line : 1, call, wanted);
     describe(line, there, sizeof there);
     return driver_fail(error, DRIVER_PROTOCOL, NULL, "%s:%u: expected %s, got %s", replay->path,
                        line->line, there, wanted);

@@ -162,9 +162,9 @@ static enum driver_result take_lock(const struct link_wanted *wanted, const char
         return fail_busy(wanted->address, pid, error);
     int fd;
     while ((fd = open(port_name, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)) < 0) {
-        enum driver_result r = errno == EACCES || errno == EPERM ?
-                                   link_wait_for_permission(wanted, began_ms, error) :
-                                   fail_to_open(wanted->address, errno, error);
+        enum driver_result r = errno == EACCES || errno == EPERM
+                                   ? link_wait_for_permission(wanted, began_ms, error)
+                                   : fail_to_open(wanted->address, errno, error);
         if (r != DRIVER_OK)
             return r;
     }
@@ -213,9 +213,9 @@ static enum driver_result configure(struct serial *serial, const struct link_wan
     enum sp_return r = fill_config(config, wanted->serial->baud);
     if (r == SP_OK)
         r = sp_set_config(serial->port, config);
-    int why = r == SP_OK       ? set_rts_cts(serial->fd, wanted->serial->rts_cts) :
-              r == SP_ERR_FAIL ? sp_last_error_code() :
-                                 EINVAL;
+    int why = r == SP_OK         ? set_rts_cts(serial->fd, wanted->serial->rts_cts)
+              : r == SP_ERR_FAIL ? sp_last_error_code()
+                                 : EINVAL;
     sp_free_config(config);
     if (why == 0)
         return DRIVER_OK;

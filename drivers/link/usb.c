@@ -166,9 +166,7 @@ static enum driver_result fail_usb(struct usb *usb, int failed, const char *what
                            "another program holds the instrument (%s): close that one first", what);
     case LIBUSB_ERROR_NOT_FOUND:
         return driver_fail(error, DRIVER_UNSUPPORTED, NULL,
-                           "this device has no such interface or endpoint (%s): is it the right "
-                           "driver?",
-                           what);
+                           "this device has no such interface (%s): is it the right driver?", what);
     default:
         return driver_fail(error, DRIVER_FAULT, NULL, "%s: %s", what, libusb_error_name(failed));
     }
@@ -181,9 +179,9 @@ static enum driver_result open_device(struct usb *usb, libusb_device *device,
     int failed;
     while ((failed = libusb_open(device, &usb->handle)) != 0) {
         usb->handle = NULL;
-        enum driver_result r = is_permission(device, failed) ?
-                                   link_wait_for_permission(wanted, began_ms, error) :
-                                   fail_usb(usb, failed, "open", error);
+        enum driver_result r = is_permission(device, failed)
+                                   ? link_wait_for_permission(wanted, began_ms, error)
+                                   : fail_usb(usb, failed, "open", error);
         if (r != DRIVER_OK)
             return r;
     }
@@ -325,9 +323,9 @@ static enum driver_result judge(struct usb *usb, const struct transfer *transfer
         if (failed != 0)
             return fail_usb(usb, failed, "clear halt", error);
         return driver_fail(error, DRIVER_PROTOCOL, NULL,
-                           of->status == LIBUSB_TRANSFER_STALL ?
-                               "the instrument refuses on endpoint %02x: is it the right driver?" :
-                               "the instrument sent more than was asked for on endpoint %02x",
+                           of->status == LIBUSB_TRANSFER_STALL
+                               ? "the instrument refuses on endpoint %02x: is it the right driver?"
+                               : "the instrument sent more than was asked for on endpoint %02x",
                            of->endpoint);
     }
     case LIBUSB_TRANSFER_NO_DEVICE:
@@ -345,8 +343,8 @@ static enum driver_result run(struct usb *usb, struct transfer **transfer, int64
     int failed = libusb_submit_transfer((*transfer)->usb);
     if (failed != 0)
         return fail_usb(usb, failed, "submit", error);
-    enum call_end_of_wait end = wait_for(usb, usb->link.call, *transfer,
-                                         deadline_ms > least_ms ? deadline_ms : least_ms);
+    enum call_end_of_wait end =
+        wait_for(usb, usb->link.call, *transfer, deadline_ms > least_ms ? deadline_ms : least_ms);
     if (end == CALL_READABLE)
         return judge(usb, *transfer, end, error);
     (void)libusb_cancel_transfer((*transfer)->usb); /* fails where it has just ended */
@@ -354,9 +352,9 @@ static enum driver_result run(struct usb *usb, struct transfer **transfer, int64
         return judge(usb, *transfer, end, error);
     usb->late = *transfer;
     *transfer = NULL;
-    return end == CALL_CANCELLED ?
-               driver_fail(error, DRIVER_CANCELLED, NULL, "cancelled") :
-               driver_fail(error, DRIVER_TIMEOUT, NULL, "nothing came, and the transfer stays");
+    return end == CALL_CANCELLED
+               ? driver_fail(error, DRIVER_CANCELLED, NULL, "cancelled")
+               : driver_fail(error, DRIVER_TIMEOUT, NULL, "nothing came, and the transfer stays");
 }
 
 /* ---- the link ----------------------------------------------------------------------- */

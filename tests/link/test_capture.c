@@ -60,9 +60,10 @@ static void test_every_kind_of_line(void)
         enum capture_kind kind;
         const char *text;
     } expected[] = {
-        { CAPTURE_DRIVER, "km_ascii" }, { CAPTURE_OPEN, "serial" }, { CAPTURE_CALL, "measure" },
-        { CAPTURE_ASKED, "{\"n\": 1}" }, { CAPTURE_CLOCK, "1763803801" },
-        { CAPTURE_SILENCE, NULL },       { CAPTURE_FAILED, "gone" },
+        { CAPTURE_DRIVER, "km_ascii" },  { CAPTURE_OPEN, "serial" },
+        { CAPTURE_CALL, "measure" },     { CAPTURE_ASKED, "{\"n\": 1}" },
+        { CAPTURE_CLOCK, "1763803801" }, { CAPTURE_SILENCE, NULL },
+        { CAPTURE_FAILED, "gone" },
     };
     struct capture *capture = create();
     capture_note(capture, "model: %s", "two\nlines");
@@ -187,17 +188,16 @@ static void test_how_bytes_are_written(void)
 /* The page of capture.h itself. */
 static void test_example_of_the_header(void)
 {
-    static const char example[] =
-        "# skinspec capture 1\n"
-        "# model: Konica Minolta CM-700d      firmware: 1.04\n"
-        "# date: 2026-11-22T09:30:00Z         by: a wire simulator\n"
-        "0.000000 driver km_ascii\n"
-        "0.000100 = measure\n"
-        "\n"
-        "0.000200 > 00 MES,1\\r\\n\n"
-        "0.004300 < 00 OK00\\r\\n\n"
-        "0.504400 ~ 00\n"
-        "0.504500 ! gone\n";
+    static const char example[] = "# skinspec capture 1\n"
+                                  "# model: Konica Minolta CM-700d      firmware: 1.04\n"
+                                  "# date: 2026-11-22T09:30:00Z         by: a wire simulator\n"
+                                  "0.000000 driver km_ascii\n"
+                                  "0.000100 = measure\n"
+                                  "\n"
+                                  "0.000200 > 00 MES,1\\r\\n\n"
+                                  "0.004300 < 00 OK00\\r\\n\n"
+                                  "0.504400 ~ 00\n"
+                                  "0.504500 ! gone\n";
     TEST_ASSERT_TRUE(file_write(path, example, strlen(example)));
     struct capture_file file = reread();
     TEST_ASSERT_EQUAL_UINT(6, file.n);

@@ -34,6 +34,7 @@ static void open_it(void)
 
 static void start(struct fault fault)
 {
+    link_close(wire);
     script_start(&call, two_replies, 3);
     fault_source_init(&source, &script.source, fault);
     open_it();
@@ -71,8 +72,9 @@ static void test_bytes(void)
         { { FAULT_FLIP, .reply = 0, .byte = 11, .mask = 0x20 }, "abcdef|", "ghijkL|" },
         { { FAULT_SPLIT, .reply = 2, .byte = 1 }, "abcdef|", "g|hijkl|" },
         { { FAULT_SPLIT, .reply = 1, .byte = 0 }, "abcdef|", "ghijkl|" },
-        { { FAULT_GARBAGE, .reply = 1, .byte = 1, .count = 2 }, "a\xf1\xf2"
-                                                                "bcdef|",
+        { { FAULT_GARBAGE, .reply = 1, .byte = 1, .count = 2 },
+          "a\xf1\xf2"
+          "bcdef|",
           "ghijkl|" },
         { { FAULT_DUPLICATE, .reply = 2 }, "abcdef|", "ghijkl|ghijkl|" },
         { { FAULT_TRUNCATE, .reply = 1, .byte = 4 }, "abcd|", "ghijkl|" },

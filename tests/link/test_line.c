@@ -37,9 +37,8 @@ static void test_cut_at_every_offset(void)
     size_t n = strlen(text);
     for (size_t cut = 0; cut <= n; cut++)
         for (size_t again = cut; again <= n; again++) {
-            struct piece pieces[3], all[] = { { text, cut },
-                                              { text + cut, again - cut },
-                                              { text + again, n - again } };
+            struct piece pieces[3],
+                all[] = { { text, cut }, { text + cut, again - cut }, { text + again, n - again } };
             size_t used = 0;
             for (size_t i = 0; i < 3; i++)
                 if (all[i].n > 0)
@@ -99,8 +98,8 @@ static void test_longest_and_over_long(void)
         size_t n;
         enum driver_result result;
     } cases[] = {
-        { LINE_MAX_BYTES - 2, DRIVER_OK },   { LINE_MAX_BYTES - 1, DRIVER_PROTOCOL },
-        { LINE_MAX_BYTES, DRIVER_PROTOCOL }, { LINE_MAX_BYTES + 1, DRIVER_PROTOCOL },
+        { LINE_MAX_BYTES - 2, DRIVER_OK },       { LINE_MAX_BYTES - 1, DRIVER_PROTOCOL },
+        { LINE_MAX_BYTES, DRIVER_PROTOCOL },     { LINE_MAX_BYTES + 1, DRIVER_PROTOCOL },
         { 2 * LINE_MAX_BYTES, DRIVER_PROTOCOL }, { 4500, DRIVER_PROTOCOL },
     };
     static const size_t each[] = { 1, 7, 1023, 1024, 5000 };
@@ -146,8 +145,9 @@ static void test_bytes_that_are_no_text(void)
 /* The late answer to the last question is not taken for this one's. */
 static void test_resync_forgets_what_was_late(void)
 {
-    static const struct piece pieces[] = { { "OLD\r\nOL", 7 }, { "D2\r\n", 4 }, { NULL, 0 },
-                                           { "NEW\r\n", 5 } };
+    static const struct piece pieces[] = {
+        { "OLD\r\nOL", 7 }, { "D2\r\n", 4 }, { NULL, 0 }, { "NEW\r\n", 5 }
+    };
     start(pieces, 4, "\r\n");
     TEST_ASSERT_EQUAL_INT(DRIVER_OK, next());
     TEST_ASSERT_TRUE(line_is_kept(&reader));

@@ -89,18 +89,18 @@ static void test_a_loop_of_links(void)
     } else {
         strcpy(absolute, path);
     }
-    const struct link_wanted wanted = { .address = absolute,
-                                        .call = &call,
-                                        .serial = &serial,
-                                        .deadline_ms = call_now_ms() + 1000 };
+    const struct link_wanted wanted = {
+        .address = absolute, .call = &call, .serial = &serial, .deadline_ms = call_now_ms() + 1000
+    };
     TEST_ASSERT_EQUAL_INT(DRIVER_UNSUPPORTED, link_open(&options, &wanted, &wire, &error));
     unlink(path);
 }
 
 /* ---- recording ---------------------------------------------------------------------- */
 
-static const struct piece pieces[] = { { "OK00\r\n", 6 }, { NULL, 0 }, { "\0\xff\\", 3 },
-                                       { "late", 4 } };
+static const struct piece pieces[] = {
+    { "OK00\r\n", 6 }, { NULL, 0 }, { "\0\xff\\", 3 }, { "late", 4 }
+};
 
 static enum driver_result hear(void)
 {
@@ -130,9 +130,8 @@ static void converse(int64_t time_s)
 static void test_a_record_replays(void)
 {
     static const enum capture_kind expected[] = {
-        CAPTURE_DRIVER, CAPTURE_OPEN,    CAPTURE_CALL, CAPTURE_CLOCK, CAPTURE_SENT,
-        CAPTURE_CAME,   CAPTURE_SILENCE, CAPTURE_CALL, CAPTURE_CAME,  CAPTURE_CAME,
-        CAPTURE_SILENCE, CAPTURE_FAILED,
+        CAPTURE_DRIVER,  CAPTURE_OPEN, CAPTURE_CALL, CAPTURE_CLOCK, CAPTURE_SENT,    CAPTURE_CAME,
+        CAPTURE_SILENCE, CAPTURE_CALL, CAPTURE_CAME, CAPTURE_CAME,  CAPTURE_SILENCE, CAPTURE_FAILED,
     };
     struct driver_options options = { .address = "" };
     const struct link_wanted wanted = { .call = &call };

@@ -10,7 +10,8 @@
 #include "tests/support/heard.h"
 #include "unity.h"
 
-#define HEAD "# skinspec capture 1\n# date: 2026-11-22T09:30:00Z by: hand\n0 driver d\n0 open serial\n"
+#define HEAD \
+    "# skinspec capture 1\n# date: 2026-11-22T09:30:00Z by: hand\n0 driver d\n0 open serial\n"
 
 static char folder[FOLDER_PATH_SIZE], path[FOLDER_PATH_SIZE];
 static struct call call;
@@ -140,7 +141,8 @@ static void test_what_differs_is_named(void)
 {
     start(HEAD "1 = m\n2 > 00 ABC\n3 < 00 x\n4 = n\n");
     link_begin(wire, "m");
-    assert_differs(say("ABD"), 6, "3 bytes sent on channel 00: 'ABC'", "got 3 bytes sent on channel 00: 'ABD'");
+    assert_differs(say("ABD"), 6, "3 bytes sent on channel 00: 'ABC'",
+                   "got 3 bytes sent on channel 00: 'ABD'");
     assert_differs(say("AB"), 6, "'ABC'", "'AB'");
     assert_differs(link_send(wire, 2, "ABC", 3, 0, &error), 6, "channel 00", "channel 02");
     assert_differs(hear(10), 6, "'ABC'", "a wait for bytes on channel 00");
@@ -171,9 +173,9 @@ static void test_captured_failures(void)
             start(text);
             link_begin(wire, "m");
             TEST_ASSERT_EQUAL_INT(cases[i].result,
-                                  way == 0 ? say("x") :
-                                  way == 1 ? hear(10) :
-                                             link_drain(wire, 0, 5, call_now_ms() + 10, &error));
+                                  way == 0   ? say("x")
+                                  : way == 1 ? hear(10)
+                                             : link_drain(wire, 0, 5, call_now_ms() + 10, &error));
             TEST_ASSERT_EQUAL_INT(cases[i].result, error.result);
             assert_heard("after");
             link_close(wire);
@@ -263,9 +265,10 @@ static void assert_silent(const char *name)
 
 static void test_waits(void)
 {
-    start(HEAD ASKS("open", "o") "1 = wait_button\n2 ~ 00\n" ASKS("status", "s")
-              "1 = wait_button\n2 ~ 00\n3 < 00 press\n" ASKS("measure", "m")
-                  "1 = wait_button\n3 < 00 again\n");
+    start(HEAD ASKS("open", "o") "1 = wait_button\n2 ~ 00\n" ASKS(
+        "status",
+        "s") "1 = wait_button\n2 ~ 00\n3 < 00 press\n" ASKS("measure",
+                                                            "m") "1 = wait_button\n3 < 00 again\n");
     assert_answer("open", "o");
     assert_answer("status", "s");
     link_begin_waiting(wire, "wait_button"); /* the first brought nothing */

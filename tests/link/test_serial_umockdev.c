@@ -33,9 +33,9 @@ static UMockdevTestbed *testbed;
 static char *root;
 static UMockdevIoctlBase *handler;
 static int modem_lines, ports;
-static int master;      /* the instrument's end; -1: unplugged */
-static char port[32];   /* "/dev/ttyACM3" */
-static char node[64];   /* the terminal behind it, "/dev/pts/5" */
+static int master;    /* the instrument's end; -1: unplugged */
+static char port[32]; /* "/dev/ttyACM3" */
+static char node[64]; /* the terminal behind it, "/dev/pts/5" */
 
 /* Modem lines here; everything else is the terminal's own business. */
 static gboolean on_ioctl(UMockdevIoctlBase *base, UMockdevIoctlClient *client, gpointer none)
@@ -48,8 +48,8 @@ static gboolean on_ioctl(UMockdevIoctlBase *base, UMockdevIoctlClient *client, g
         umockdev_ioctl_client_complete(client, r, r < 0 ? failed : 0);
         return TRUE;
     }
-    UMockdevIoctlData *lines = umockdev_ioctl_data_resolve(umockdev_ioctl_client_get_arg(client), 0,
-                                                           sizeof(int), NULL);
+    UMockdevIoctlData *lines =
+        umockdev_ioctl_data_resolve(umockdev_ioctl_client_get_arg(client), 0, sizeof(int), NULL);
     int *bits = (int *)(void *)lines->data;
     if (request == TIOCMGET)
         *bits = modem_lines | TIOCM_CTS | TIOCM_DSR;
@@ -263,7 +263,8 @@ static void test_what_came_before_is_not_ours(void)
     open_port();
     TEST_ASSERT_EQUAL_INT(DRIVER_TIMEOUT, hear(20));
     say("late");
-    TEST_ASSERT_EQUAL_INT(DRIVER_OK, link_drain(wire, LINK_SERIAL, 20, call_now_ms() + 1000, &error));
+    TEST_ASSERT_EQUAL_INT(DRIVER_OK,
+                          link_drain(wire, LINK_SERIAL, 20, call_now_ms() + 1000, &error));
     say("new");
     TEST_ASSERT_EQUAL_INT(DRIVER_OK, hear(1000));
     TEST_ASSERT_EQUAL_STRING("new", bytes);
@@ -281,8 +282,8 @@ static void test_links_are_followed(void)
     TEST_ASSERT_EQUAL_INT(0, symlink(target, link));
     snprintf(link, sizeof link, "%s/alias", folder);
     TEST_ASSERT_EQUAL_INT(0, symlink("usb-KM-if00", link));
-    static const char *const names[] = { "/dev/serial/by-id/usb-KM-if00",
-                                         "/dev/serial/by-id/alias", "/dev/serial/../serial/by-id/alias" };
+    static const char *const names[] = { "/dev/serial/by-id/usb-KM-if00", "/dev/serial/by-id/alias",
+                                         "/dev/serial/../serial/by-id/alias" };
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVER_OK, open_address(names[i], 9600, false, 1000, &wire),
                                       error.text);
