@@ -56,6 +56,14 @@ static void send_back(struct request *request)
     free(line.text);
 }
 
+/* The tree is the one that cJSON's own parser makes. */
+static void check_tree(const cJSON *value, const char *text, size_t size)
+{
+    cJSON *expect = cJSON_ParseWithLength(text, size);
+    must(expect != NULL && cJSON_Compare(expect, value, true), "another tree");
+    cJSON_Delete(expect);
+}
+
 static void read_wire(const cJSON *value)
 {
     static struct store_record record;
@@ -91,6 +99,7 @@ int LLVMFuzzerTestOneInput(const unsigned char *data, size_t size)
     cJSON *value;
     enum strict_json_fault fault;
     if (strict_json_parse(text, size, &value, &fault, NULL) == STATUS_OK) {
+        check_tree(value, text, size);
         struct schema_error error;
         for (int i = 0; i < METHODS; i++)
             protocol_check_result(protocol, (enum method)i, value, &error);
