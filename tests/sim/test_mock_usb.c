@@ -24,7 +24,7 @@
 extern char **environ;
 
 enum { PIXELS = 2048, SPECTRUM = 2 * PIXELS + 1, SHORT_MS = 150, LONG_MS = 5000 };
-enum { MOST_MOCKS = 3 };
+enum { MOST_MOCKS = 3, MOST_HANDLES = 4 };
 
 static UMockdevTestbed *testbed;
 static libusb_context *usb;
@@ -72,6 +72,27 @@ static void pull_and_free(size_t i)
     TEST_ASSERT_EQUAL_UINT(0, still);
 }
 
+/* What a test that failed left open is closed after it: libusb would not end otherwise. */
+static libusb_device_handle *handles_open[MOST_HANDLES];
+
+static void shut(libusb_device_handle *handle)
+{
+    for (size_t i = 0; i < MOST_HANDLES; i++)
+        if (handles_open[i] == handle)
+            handles_open[i] = NULL;
+    libusb_close(handle);
+}
+
+static void remember(libusb_device_handle *handle)
+{
+    for (size_t i = 0; i < MOST_HANDLES; i++)
+        if (handles_open[i] == NULL) {
+            handles_open[i] = handle;
+            return;
+        }
+    abort();
+}
+
 void setUp(void)
 {
     TEST_ASSERT_EQUAL_INT(0, libusb_init(&usb));
@@ -79,6 +100,9 @@ void setUp(void)
 
 void tearDown(void)
 {
+    for (size_t i = 0; i < MOST_HANDLES; i++)
+        if (handles_open[i] != NULL)
+            shut(handles_open[i]);
     libusb_exit(usb);
     for (size_t i = 0; i < MOST_MOCKS; i++)
         pull_and_free(i);
@@ -101,6 +125,8 @@ static int open_device(uint16_t pid, unsigned device, libusb_device_handle **ret
         }
     }
     libusb_free_device_list(list, 1);
+    if (result == 0)
+        remember(*ret);
     return result;
 }
 
@@ -200,7 +226,7 @@ static void test_identity(void)
     TEST_ASSERT_EQUAL_INT(64, libusb_get_max_packet_size(device, 0x81));
     TEST_ASSERT_EQUAL_INT(0, slot(handle, 0, serial));
     TEST_ASSERT_EQUAL_STRING("USB2+H01234", serial);
-    libusb_close(handle);
+    shut(handle);
 }
 
 static void test_full_speed(void)
@@ -214,7 +240,7 @@ static void test_full_speed(void)
     TEST_ASSERT_EQUAL_INT(LIBUSB_SPEED_FULL, libusb_get_device_speed(device));
     TEST_ASSERT_EQUAL_INT(64, libusb_get_max_packet_size(device, 0x82));
     TEST_ASSERT_EQUAL_INT(0, spectrum(handle, LONG_MS, &mean));
-    libusb_close(handle);
+    shut(handle);
 }
 
 /* The trap, the tile, a grey of 50 %: what a ratio of three spectra gives. */
@@ -235,7 +261,7 @@ static void test_reflectance(void)
     /* Not corrected for linearity: 2 % are as good as can be had. */
     TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.50, (grey - black) / (white - black) * tile);
     TEST_ASSERT_TRUE(mock_usb_act(mock, "unwritten"));
-    libusb_close(handle);
+    shut(handle);
 }
 
 static void test_usb4000_divides(void)
@@ -250,7 +276,7 @@ static void test_usb4000_divides(void)
     TEST_ASSERT_EQUAL_INT(0, receive(handle, 0x82, b, 6144, &n, LONG_MS));
     TEST_ASSERT_EQUAL_INT(5633, n);
     TEST_ASSERT_EQUAL_HEX8(0x69, b[5632]);
-    libusb_close(handle);
+    shut(handle);
 }
 
 static void test_several_at_once(void)
@@ -280,7 +306,7 @@ static void test_several_at_once(void)
     TEST_ASSERT_EQUAL_INT(0, slot(handles[0], 0, text));
     TEST_ASSERT_EQUAL_INT(0, slot(handles[2], 0, text));
     for (size_t i = 0; i < MOST_MOCKS; i++)
-        libusb_close(handles[i]);
+        shut(handles[i]);
 }
 
 /* ---- who may have it ----------------------------------------------------------------- */
@@ -293,7 +319,7 @@ static void test_claimed_by_another(void)
     TEST_ASSERT_EQUAL_INT(0, open_device(0x101e, 2, &second));
     TEST_ASSERT_EQUAL_INT(LIBUSB_ERROR_BUSY, libusb_claim_interface(second, 0));
     TEST_ASSERT_EQUAL_INT(0, slot(first, 0, text));
-    libusb_close(first); /* without releasing: the kernel does */
+    shut(first); /* without releasing: the kernel does */
     for (int64_t end = now_ms() + LONG_MS; mock_usb_clients(mock) > 1 && now_ms() < end;)
         sleep_ms(1);
     TEST_ASSERT_EQUAL_INT(0, libusb_claim_interface(second, 0));
@@ -303,7 +329,7 @@ static void test_claimed_by_another(void)
     TEST_ASSERT_EQUAL_INT(LIBUSB_ERROR_BUSY, libusb_claim_interface(second, 0));
     mock_usb_set_claim_error(mock, 0);
     TEST_ASSERT_EQUAL_INT(0, libusb_claim_interface(second, 0));
-    libusb_close(second);
+    shut(second);
 }
 
 /* As nobody in particular: root may open everything. */
@@ -324,7 +350,7 @@ static void test_permission(void)
     mock_usb_set_mode(mock, 0666);
     TEST_ASSERT_EQUAL_INT(LIBUSB_ERROR_ACCESS, without);
     TEST_ASSERT_EQUAL_INT(0, open_device(0x101e, 2, &handle));
-    libusb_close(handle);
+    shut(handle);
 }
 
 /* ---- transfers that go wrong --------------------------------------------------------- */
@@ -341,7 +367,7 @@ static void test_no_answer(void)
     TEST_ASSERT_GREATER_OR_EQUAL_INT64(from_ms + SHORT_MS - 5, now_ms());
     TEST_ASSERT_EQUAL_UINT(1, mock_usb_counts(mock).cut);
     TEST_ASSERT_EQUAL_INT(LIBUSB_ERROR_IO, receive(handle, 0x87, b, sizeof b, &n, SHORT_MS));
-    libusb_close(handle);
+    shut(handle);
 }
 
 /* Waiting costs next to nothing: the node is not ready for nothing. */
@@ -360,7 +386,7 @@ static void test_waiting_is_idle(void)
                    (after.ru_stime.tv_sec - before.ru_stime.tv_sec) * 1000000 +
                    after.ru_stime.tv_usec - before.ru_stime.tv_usec;
     TEST_ASSERT_LESS_THAN_INT64(200000, used_us); /* a spinning one takes all 600 000 */
-    libusb_close(handle);
+    shut(handle);
 }
 
 static void test_stall_lasts_until_cleared(void)
@@ -373,7 +399,7 @@ static void test_stall_lasts_until_cleared(void)
     TEST_ASSERT_EQUAL_INT(LIBUSB_ERROR_PIPE, slot(handle, 0, text));
     TEST_ASSERT_EQUAL_INT(0, libusb_clear_halt(handle, 0x81));
     TEST_ASSERT_EQUAL_INT(0, slot(handle, 0, text)); /* of the first, but they are equal */
-    libusb_close(handle);
+    shut(handle);
 }
 
 static void test_spectra_that_go_wrong(void)
@@ -411,7 +437,7 @@ static void test_spectra_that_go_wrong(void)
     TEST_ASSERT_EQUAL_INT(0, command(handle, 0x09, 0));
     TEST_ASSERT_EQUAL_INT(LIBUSB_ERROR_OVERFLOW,
                           receive(handle, 0x82, little, sizeof little, &n, LONG_MS));
-    libusb_close(handle);
+    shut(handle);
 }
 
 /* ---- pulled out ---------------------------------------------------------------------- */
@@ -426,7 +452,7 @@ static void *wait_for_spectrum(void *arg)
 {
     struct waiting *w = arg;
     double mean;
-    int result = spectrum(w->handle, 20000, &mean);
+    int result = spectrum(w->handle, LONG_MS, &mean);
     w->ended_ms = now_ms();
     w->result = result;
     return NULL;
@@ -455,7 +481,7 @@ static void pulled_out_in_mid_transfer(enum mock_usb_node node)
     TEST_ASSERT_EQUAL_INT(LIBUSB_ERROR_NO_DEVICE, slot(w.handle, 0, text));
     libusb_device_handle *none;
     TEST_ASSERT_EQUAL_INT(LIBUSB_ERROR_NO_DEVICE, open_device(0x101e, 0, &none));
-    libusb_close(w.handle);
+    shut(w.handle);
 }
 
 static void test_pulled_out_in_mid_transfer(void)
@@ -481,7 +507,7 @@ static void test_gone_in_mid_transfer(void)
     TEST_ASSERT_TRUE(mock_usb_gone(mock));
     mock_usb_unplug(mock);
     TEST_ASSERT_EQUAL_INT(LIBUSB_ERROR_NO_DEVICE, slot(handle, 0, text));
-    libusb_close(handle);
+    shut(handle);
 }
 
 static atomic_int left, arrived;
@@ -538,7 +564,7 @@ static void test_plugged_in_and_pulled_out_again_and_again(void)
         mock_usb_unplug(mocks[0]);
         TEST_ASSERT_EQUAL_INT(LIBUSB_ERROR_NO_DEVICE, spectrum(handle, LONG_MS, &mean));
         TEST_ASSERT_TRUE(comes_to(&left, i + 1));
-        libusb_close(handle);
+        shut(handle);
         pull_and_free(0);
         if (i == 4)
             files_before = open_files();
@@ -562,9 +588,9 @@ static void test_back_at_another_address(void)
     TEST_ASSERT_EQUAL_INT(0, slot(handle, 0, text));
     TEST_ASSERT_EQUAL_STRING("SAME", text);
     TEST_ASSERT_EQUAL_INT(LIBUSB_ERROR_NO_DEVICE, slot(old, 0, text));
-    libusb_close(old);
+    shut(old);
     TEST_ASSERT_EQUAL_INT(0, slot(handle, 0, text));
-    libusb_close(handle);
+    shut(handle);
     TEST_ASSERT_EQUAL_UINT(0, wait_until_closed(back));
     mock_usb_free(back);
 }
@@ -594,9 +620,9 @@ static int be_client(void)
     printf("%s\n", result == 0 ? text : libusb_error_name(result));
     fflush(stdout);
     if (result == 0)
-        result = spectrum(handle, 20000, &mean);
+        result = spectrum(handle, LONG_MS, &mean);
     if (handle != NULL)
-        libusb_close(handle);
+        shut(handle);
     libusb_exit(usb);
     return result == LIBUSB_ERROR_NO_DEVICE ? 0 : 1;
 }
