@@ -13,7 +13,8 @@
  * The instrument has the interface and the endpoints of Ocean's: bulk, 01 out, 81 82 86 in.
  *
  * A program must be started by umockdev-wrapper, or be linked with the preload library first;
- * it inherits UMOCKDEV_DIR.  TMPDIR must be shorter than 64 characters.
+ * it inherits UMOCKDEV_DIR.  So must the host: without it the testbed announces nothing.  TMPDIR
+ * must be shorter than 64 characters.
  *
  * plug, unplug, free and set_mode: by the thread that owns the testbed; the rest by any.
  * Testbed and sim outlive the mock. */
