@@ -123,6 +123,23 @@ static void add_setup(cJSON *object, const struct bench *bench)
     cJSON_AddNumberToObject(object, "aperture_mm", is->aperture_mm[bench->setup.aperture]);
 }
 
+/* How a shot is taken, where there is a choice. */
+static void add_shot(cJSON *object, const struct bench *bench)
+{
+    const struct driver_identity *is = &bench->identity;
+    const struct driver_setup *set = &bench->setup;
+    if (is->max_averages > 1) {
+        cJSON_AddNumberToObject(object, "averages", set->averages > 1 ? set->averages : 1);
+        cJSON_AddNumberToObject(object, "max_averages", is->max_averages);
+    }
+    if (is->max_delay_ms > 0) {
+        cJSON_AddNumberToObject(object, "delay_ms", set->delay_ms);
+        cJSON_AddNumberToObject(object, "max_delay_ms", is->max_delay_ms);
+    }
+    if (is->has_user_calibration)
+        cJSON_AddBoolToObject(object, "user_calibration", set->user_calibration);
+}
+
 static void add_status(cJSON *object, const struct bench *bench)
 {
     if (bench->status.battery_percent >= 0)
@@ -152,6 +169,7 @@ cJSON *bench_json(struct bench *bench)
     if (bench->known) {
         add_identity(object, bench);
         add_setup(object, bench);
+        add_shot(object, bench);
         json_give_member(object, "calibration", bench_calibration_json(bench));
     }
     if (bench->open)

@@ -142,6 +142,53 @@ static void show_trouble(struct seat *seat)
     sit_down(seat, bench);
 }
 
+/* ---- set as it was ------------------------------------------------------------------ */
+
+/* At its bench's former port it was set so; this thread does not know. */
+struct restoring {
+    struct unit_job unit;
+    struct bench *bench;
+};
+
+static void restored(struct job *job)
+{
+    struct restoring *restoring = (struct restoring *)job;
+    struct bench *bench = restoring->bench;
+    bench->at_work = false;
+    if (restoring->unit.result == DRIVER_OK) {
+        bench->setup = restoring->unit.setup;
+        if (restoring->unit.status_known)
+            bench->status = restoring->unit.status;
+    } else if (restoring->unit.result != DRIVER_GONE) {
+        log_warning("station: instrument '%s' cannot be set as it was: %s", bench->name,
+                    restoring->unit.error.text);
+    }
+    free(restoring);
+    bench_tell_changes(bench);
+}
+
+static void restore_setup(struct bench *bench, const struct driver_setup *was)
+{
+    struct restoring *restoring = calloc(1, sizeof *restoring);
+    bench->setup = (struct driver_setup){ .grid = 0 };
+    if (restoring == NULL) {
+        log_warning("station: no memory to set instrument '%s' as it was", bench->name);
+        return;
+    }
+    restoring->bench = bench;
+    restoring->unit.job.done = restored;
+    restoring->unit.command = UNIT_CONFIGURE;
+    restoring->unit.setup = *was;
+    bench->at_work = true;
+    bench_ask(bench, &restoring->unit);
+}
+
+static bool is_as_opened(const struct driver_setup *setup)
+{
+    return setup->grid == 0 && setup->aperture == 0 && setup->averages <= 1 &&
+           setup->delay_ms == 0 && !setup->user_calibration;
+}
+
 /* ---- what its thread tells ---------------------------------------------------------- */
 
 static void opened(void *context, const struct driver_identity *identity,
@@ -152,10 +199,17 @@ static void opened(void *context, const struct driver_identity *identity,
         return;
     if (seat->bench != NULL && seat->bench->provisional)
         part(seat); /* now it can say which it is */
-    if (seat->bench == NULL)
+    bool is_new = seat->bench == NULL;
+    if (is_new)
         find_bench(seat, identity->serial);
-    if (seat->bench != NULL)
-        bench_opened(seat->bench, identity, status, seat->before + connection);
+    struct bench *bench = seat->bench;
+    if (bench == NULL)
+        return;
+    if (is_new && !is_as_opened(&bench->setup) && !bench->at_work && bench->run == NULL) {
+        const struct driver_setup was = bench->setup;
+        restore_setup(bench, &was);
+    }
+    bench_opened(bench, identity, status, seat->before + connection);
 }
 
 static void lost(void *context, const struct driver_error *error)

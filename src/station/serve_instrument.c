@@ -100,9 +100,9 @@ static void configured(struct job *job)
     station_tell(bench->station, EVENT_INSTRUMENT, "configured", bench_json(bench));
 }
 
-/* False where the instrument has no such grid or aperture. */
+/* False, with *error, where the instrument cannot be set like that. */
 static bool read_setup(const struct bench *bench, const struct request *request,
-                       struct driver_setup *setup)
+                       struct driver_setup *setup, struct driver_error *error)
 {
     const struct driver_identity *is = &bench->identity;
     double aperture_mm = params_number(request, "aperture_mm", NAN);
@@ -112,7 +112,11 @@ static bool read_setup(const struct bench *bench, const struct request *request,
         for (i = 0; i < is->apertures && fabs(is->aperture_mm[i] - aperture_mm) > 1e-6; i++)
             ;
     setup->aperture = i;
-    return setup->grid < is->grids && setup->aperture < is->apertures;
+    setup->averages = (unsigned)params_integer(request, "averages", setup->averages);
+    setup->delay_ms = (int)params_integer(request, "delay_ms", setup->delay_ms);
+    if (params_has(request, "user_calibration"))
+        setup->user_calibration = params_is_true(request, "user_calibration");
+    return driver_check_setup(is, setup, error) == DRIVER_OK;
 }
 
 void serve_instrument_configure(struct station *station, struct client *client,
@@ -123,8 +127,10 @@ void serve_instrument_configure(struct station *station, struct client *client,
     if (bench == NULL)
         return;
     struct driver_setup setup = bench->setup;
-    if (!read_setup(bench, request, &setup)) {
-        station_refuse_for(station, &ticket, REASON_INSTRUMENT_UNSUPPORTED, NULL);
+    struct driver_error error;
+    if (!read_setup(bench, request, &setup, &error)) {
+        struct refusal refusal = bench_refusal(&error);
+        station_refuse(station, &ticket, &refusal);
         return;
     }
     struct work *work = make_work(bench, client, request, UNIT_CONFIGURE, configured);
