@@ -20,7 +20,7 @@ struct sim {
     struct serial_end end;
     struct handheld body;
     char type[SIM_OPTION_SIZE], rom[SIM_OPTION_SIZE], serial[SIM_OPTION_SIZE];
-    double delays, samples_at_first, dot, careful, binary_serial, asleep;
+    double delays, samples_at_first, dot, careful, helped, binary_serial, asleep;
 
     long mode;
     bool button_on, writing;
@@ -394,6 +394,7 @@ static bool read_options(struct sim *s, const char *options)
         { .key = "samples", .number = &s->samples_at_first, .max = SAMPLES },
         { .key = "dot", .number = &s->dot, .max = 1 },
         { .key = "careful", .number = &s->careful, .max = 1 },
+        { .key = "operator", .number = &s->helped, .max = 1 },
         { .key = "binary_serial", .number = &s->binary_serial, .max = 1 },
         { .key = "asleep", .number = &s->asleep, .max = 1 },
         { .key = NULL },
@@ -431,6 +432,7 @@ static struct sim *cm2600d_make(const char *options)
     s->end.dice.state = (uint64_t)s->body.seed;
     s->end.byte_us = scaled_us(s, BYTE_S);
     s->body.careful = s->careful > 0;
+    s->body.helped = s->helped > 0;
     for (int port = 0; port < HANDHELD_PORTS; port++)
         handheld_spectrum_of(&s->body, UNDER_WHITE, s->plate_data[port]);
     double lightness = s->body.lightness;

@@ -11,7 +11,7 @@
  *   type=03         13: a CM-2500d
  *   rom=104  noise=0.0003  samples=0 (stored in environment 1, at most 50)
  *   dot=1           percent with a dot, " 9.87" as 09.87; 0: without, 0.01 %, 00987
- *   careful=1  binary_serial=0  asleep=0   as cm700d.h
+ *   careful=1  operator=0  binary_serial=0  asleep=0   as cm700d.h
  *
  * Actions as cm700d.h: "press" (after SWE its MES lines come unasked), "store", "forget",
  * "sleep", "reset", "expect writes N" (CDS and WMS).

@@ -38,7 +38,7 @@ struct sim {
     char id[SIM_OPTION_SIZE], rom[SIM_OPTION_SIZE], serial[SIM_OPTION_SIZE], plate[SIM_OPTION_SIZE];
     char variant[SIM_OPTION_SIZE], index[SIM_OPTION_SIZE], notify[SIM_OPTION_SIZE];
     char keep[SIM_OPTION_SIZE];
-    double delays, first_area, samples_at_first, user, careful, binary_serial, asleep;
+    double delays, first_area, samples_at_first, user, careful, helped, binary_serial, asleep;
 
     long specular, delay_ds, automatic, manual, manual_done;
     bool user_on, button_on, recalibrate;
@@ -755,6 +755,7 @@ static bool read_options(struct sim *s, const char *options)
         { .key = "samples", .number = &s->samples_at_first, .max = SAMPLES },
         { .key = "user", .number = &s->user, .max = 1 },
         { .key = "careful", .number = &s->careful, .max = 1 },
+        { .key = "operator", .number = &s->helped, .max = 1 },
         { .key = "binary_serial", .number = &s->binary_serial, .max = 1 },
         { .key = "asleep", .number = &s->asleep, .max = 1 },
         { .key = NULL },
@@ -797,6 +798,7 @@ static struct sim *cm700d_make(const char *options)
     }
     s->end.dice.state = (uint64_t)s->body.seed;
     s->body.careful = s->careful > 0;
+    s->body.helped = s->helped > 0;
     s->body.two_ports = strcmp(s->variant, "cm700d") == 0;
     for (int port = 0; port < HANDHELD_PORTS; port++) {
         handheld_spectrum_of(&s->body, UNDER_WHITE, s->plate_data[port]);

@@ -15,6 +15,7 @@
  *   keep=once       RDR gives each line of a press once; `stays`: until SWS or MES
  *   user=0          1: data of a user calibration are stored
  *   careful=1       0: a calibration on what cannot be is not refused (ER11)
+ *   operator=0      1: somebody places what a calibration wants, and takes it away after
  *   binary_serial=0 1: the serial number is 1 kB of bytes that are no text
  *   asleep=0        1: what comes first only wakes it
  *

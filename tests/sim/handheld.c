@@ -44,10 +44,19 @@ static void flash(struct handheld *h, unsigned averages, handheld_spectra s)
 /* Calibrations flash several times. */
 enum { CALIBRATION_FLASHES = 16 };
 
+static void flash_on(struct handheld *h, enum under_port wanted, handheld_spectra s)
+{
+    enum under_port before = h->under;
+    if (h->helped)
+        h->under = wanted;
+    flash(h, CALIBRATION_FLASHES, s);
+    h->under = before;
+}
+
 bool handheld_zero(struct handheld *h)
 {
     handheld_spectra s;
-    flash(h, CALIBRATION_FLASHES, s);
+    flash_on(h, UNDER_BLACK, s);
     if (h->careful && s[SCE][h->bands / 2] > 0.05)
         return false;
     memset(&h->calibration[h->port], 0, sizeof h->calibration[h->port]);
@@ -59,7 +68,7 @@ bool handheld_zero(struct handheld *h)
 bool handheld_white(struct handheld *h, handheld_spectra standard, bool user, unsigned modes)
 {
     handheld_spectra s;
-    flash(h, CALIBRATION_FLASHES, s);
+    flash_on(h, user ? UNDER_USER : UNDER_WHITE, s);
     double should_be = standard[SCE][h->bands / 2];
     if (h->careful && fabs(s[SCE][h->bands / 2] / should_be - 1.0) > 0.1)
         return false;
@@ -139,7 +148,7 @@ bool handheld_act(struct handheld *h, const char *action)
     }
     for (int i = 0; i < 3; i++)
         if (strcmp(action, lamps[i]) == 0) {
-            h->lamp = i;
+            h->lamp = (enum handheld_lamp)i;
             return true;
         }
     return false;

@@ -16,6 +16,8 @@
 enum { HANDHELD_BANDS = 39, HANDHELD_PORTS = 2 };
 enum { SCI, SCE, HANDHELD_MODES };
 
+enum handheld_lamp { LAMP_OK, LAMP_WEAK, LAMP_DEAD };
+
 struct handheld {
     size_t bands;
     double first_nm, step_nm;
@@ -24,10 +26,11 @@ struct handheld {
     double noise;     /* standard deviation of one flash, reflectance */
     double seed;
     bool careful; /* a calibration on what cannot be is refused */
+    bool helped;  /* somebody places what a calibration wants, and takes it away after */
     bool two_ports;
 
     unsigned port; /* 0 small, 1 large */
-    enum { LAMP_OK, LAMP_WEAK, LAMP_DEAD } lamp;
+    enum handheld_lamp lamp;
     unsigned battery; /* 0 good, 1 low, 2 too low to measure */
     unsigned shots;
     struct {

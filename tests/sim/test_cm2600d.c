@@ -191,6 +191,9 @@ static void test_faults_of_a_shot(void)
     asked("STR\r\n", "");
     conversation_act(&c, "reset");
     asked("STR\r\n", "OK00,0,1,0,700,0,0\r\n");
+    again("operator=1");
+    asked("UZC\r\n", "OK00\r\n");
+    asked("CAL\r\n", "OK00\r\n");
 }
 
 int main(void)

@@ -407,6 +407,15 @@ static void test_white_and_black_swapped(void)
     TEST_ASSERT_DOUBLE_WITHIN(10, 0, conversation_number(&c, 16, ","));
 }
 
+static void test_an_operator_helps(void)
+{
+    again("operator=1,delays=0,noise=0");
+    asked("ZRC\r\n", "OK00\r\n");
+    asked("CAL\r\n", "OK00\r\n");
+    asked("MES,1\r\n", "OK00\r\n");
+    spectrum_is_the_truth("MDR,2\r\n", false, 0.6e-4); /* of the skin that lay there */
+}
+
 static void test_options(void)
 {
     static const char *const wrong[] = {
@@ -466,6 +475,7 @@ int main(void)
     RUN_TEST(test_faults_of_a_shot);
     RUN_TEST(test_faults_of_a_spectrum);
     RUN_TEST(test_white_and_black_swapped);
+    RUN_TEST(test_an_operator_helps);
     RUN_TEST(test_options);
     RUN_TEST(test_the_same_seed_gives_the_same);
     return UNITY_END();

@@ -244,9 +244,10 @@ static void test_split_at_every_offset(void)
             link->ops->receive(link, LINK_SERIAL, heard, sizeof heard, &n, began_ms + 1000, &error);
         TEST_ASSERT_EQUAL_INT(DRIVER_OK, r);
         TEST_ASSERT_EQUAL_INT(k == 0 ? strlen(IDR) : k, n);
+        heard[n] = '\0';
         if (k > 0)
             TEST_ASSERT_EQUAL_INT(DRIVER_OK, hear(1000));
-        TEST_ASSERT_EQUAL_STRING(IDR + (k == 0 ? 0 : k), k == 0 ? IDR : heard);
+        TEST_ASSERT_EQUAL_STRING(k == 0 ? IDR : &IDR[k], heard);
         TEST_ASSERT_TRUE(call_now_ms() - began_ms >= 4);
     }
     wire_memory_split(wire, 0, 0);
