@@ -24,6 +24,7 @@ struct sim {
 
     long mode;
     bool button_on, writing;
+    bool differ; /* the conditions are not those of its target */
     int64_t charged_us, measuring_until_us;
 
     handheld_spectra plate_data[HANDHELD_PORTS], sample[SAMPLES];
@@ -72,7 +73,7 @@ static void tell_spectrum(struct sim *s, int64_t now_us, double seconds, handhel
     bool over = false;
     for (int b = 0; b < BANDS; b++)
         over = over || R[mode][b] > 1.75;
-    int n = snprintf(text, sizeof text, "OK%02d", km_ok(&s->body, over));
+    int n = snprintf(text, sizeof text, "OK%02d", s->differ ? 5 : km_ok(&s->body, over));
     for (int b = 0; b < bands; b++) {
         double told = km_told(&f, R, mode, (size_t)(b % BANDS));
         if (f.kind != FAULT_OVER)
@@ -85,7 +86,7 @@ static void tell_spectrum(struct sim *s, int64_t now_us, double seconds, handhel
     serial_end_reply(&s->end, text, (size_t)n, now_us, scaled_us(s, seconds));
 }
 
-/* ---- identity, state and conditions --------------------------------------------------- */
+/* ---- identity, state and conditions ------------------------------------------------- */
 
 static void identity(struct sim *s, char **field, int64_t now_us)
 {
@@ -324,7 +325,7 @@ static void sample(struct sim *s, char **field, int64_t now_us)
     }
 }
 
-/* ---- the list of commands ------------------------------------------------------------- */
+/* ---- the list of commands ----------------------------------------------------------- */
 
 static const struct command {
     const char *name;
@@ -465,7 +466,9 @@ static bool cm2600d_act(struct sim *s, const char *action, int64_t now_us)
         return faults_add(&s->end.faults, action + 6);
     if (handheld_argument(action, "expect writes", 0, 1000000, &n))
         return s->writes == n;
-    if (strcmp(action, "press") == 0)
+    if (handheld_argument(action, "differ", 0, 1, &n))
+        s->differ = n == 1;
+    else if (strcmp(action, "press") == 0)
         press(s, now_us);
     else if (strcmp(action, "store") == 0)
         return store(s);

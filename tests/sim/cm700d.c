@@ -197,7 +197,7 @@ static void measurement_begins(struct sim *s, bool by_button, int64_t now_us)
     }
 }
 
-/* ---- identity, state and conditions --------------------------------------------------- */
+/* ---- identity, state and conditions ------------------------------------------------- */
 
 static void identity(struct sim *s, char **field, int64_t now_us)
 {
@@ -641,7 +641,7 @@ static void set_date_format(struct sim *s, char **field, int64_t now_us)
     say(s, now_us, km_number(field[1], 0, 2, &format) ? "OK00" : "ER03");
 }
 
-/* ---- the list of commands ------------------------------------------------------------- */
+/* ---- the list of commands ----------------------------------------------------------- */
 
 static const struct command {
     const char *name;

@@ -76,7 +76,7 @@ static void tell_spectrum(struct sim *s, int64_t now_us, handheld_spectra R, int
     answer(s, now_us, REPLY_S, text, (size_t)n, 0);
 }
 
-/* ---- shots and calibration ------------------------------------------------------------ */
+/* ---- shots and calibration ---------------------------------------------------------- */
 
 /* What keeps it from flashing; 0: nothing. */
 static unsigned trouble(const struct sim *s)
@@ -185,7 +185,7 @@ static void settle(struct sim *s, int64_t now_us)
     }
 }
 
-/* ---- commands: p has the hex digits before the letters ---------------------------------- */
+/* ---- commands: p has the hex digits before the letters ------------------------------ */
 
 static unsigned hex(const char *digits, size_t n)
 {

@@ -183,6 +183,10 @@ static void test_faults_of_a_shot(void)
     conversation_ask(&c, "MES\r\n", 0);
     line_is(0, true);
     line_is(1, true);
+    conversation_act(&c, "differ 1");
+    conversation_ask(&c, "MES\r\n", 0);
+    TEST_ASSERT_EQUAL_STRING_LEN("OK05,", c.text, 5);
+    conversation_act(&c, "differ 0");
     conversation_act(&c, "place bright");
     conversation_ask(&c, "MES\r\n", 0);
     TEST_ASSERT_EQUAL_STRING_LEN("OK09,175.0,", c.text, 11);

@@ -132,7 +132,7 @@ static void test_drain(void)
                           link->ops->drain(link, LINK_SERIAL, 200, call_now_ms() + 300, &error));
 }
 
-/* ---- while a driver waits --------------------------------------------------------------- */
+/* ---- while a driver waits ----------------------------------------------------------- */
 
 static void *later(void *what)
 {
@@ -187,7 +187,7 @@ static void test_woken_by_what_happens(void)
     TEST_ASSERT_TRUE(took_ms < 60 + 100 + SLACK_MS);
 }
 
-/* ---- unplugged --------------------------------------------------------------------------- */
+/* ---- unplugged ---------------------------------------------------------------------- */
 
 static void test_unplugged_while_idle(void)
 {

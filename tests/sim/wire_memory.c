@@ -45,7 +45,7 @@ static void wake(struct wire_memory *wire)
     (void)eventfd_write(wire->changed_fd, 1);
 }
 
-/* ---- the link: called with the lock held where it says so ------------------------------- */
+/* ---- the link: called with the lock held where it says so --------------------------- */
 
 static enum driver_result fail_gone(struct driver_error *error)
 {
@@ -264,7 +264,7 @@ static enum driver_result memory_open(const struct link_source *source,
     return result;
 }
 
-/* ---- the test's side ------------------------------------------------------------------ */
+/* ---- the test's side ---------------------------------------------------------------- */
 
 struct wire_memory *wire_memory_make(const struct sim_kind *kind, const char *options)
 {

@@ -31,7 +31,7 @@
 #include "tests/sim/mock/mock_tty.h"
 #include "tests/sim/sim.h"
 
-/* ---- what can be plugged in: one bus, one row ----------------------------------------- */
+/* ---- what can be plugged in: one bus, one row --------------------------------------- */
 
 /* A simulator on its bus.  plug()'s place is a node's name on a tty. */
 struct bus {
@@ -94,7 +94,7 @@ static const struct bus *bus_of(const struct sim_kind *kind)
     return other;
 }
 
-/* ---- the testbed and what is in it ------------------------------------------------------ */
+/* ---- the testbed and what is in it -------------------------------------------------- */
 
 enum { INSTRUMENTS = 16, WORDS = 5 };
 
@@ -229,7 +229,7 @@ static void root(struct host *host)
     g_free(folder);
 }
 
-/* ---- the program ------------------------------------------------------------------------ */
+/* ---- the program -------------------------------------------------------------------- */
 
 static bool start(struct host *host, char **arguments)
 {
@@ -275,7 +275,7 @@ static void end_program(struct host *host)
     reap(host);
 }
 
-/* ---- commands --------------------------------------------------------------------------- */
+/* ---- commands ----------------------------------------------------------------------- */
 
 /* false: quit. */
 static bool obey(struct host *host, char *line)

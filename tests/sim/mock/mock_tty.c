@@ -45,7 +45,7 @@ static int64_t now_us(void)
     return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
 }
 
-/* ---- modem lines ------------------------------------------------------------------------ */
+/* ---- modem lines -------------------------------------------------------------------- */
 
 static void answer_modem(struct mock_tty *tty, UMockdevIoctlClient *client, gulong request)
 {
@@ -93,7 +93,7 @@ static gboolean answer_ioctl(UMockdevIoctlBase *base, UMockdevIoctlClient *clien
     return TRUE;
 }
 
-/* ---- the pump --------------------------------------------------------------------------- */
+/* ---- the pump ----------------------------------------------------------------------- */
 
 struct outgoing {
     uint8_t bytes[OUT_SIZE];
@@ -161,12 +161,12 @@ static void *pump(void *of)
             continue;
         /* Nobody has it open: what it says is lost, and poll() would not wait. */
         out.n = 0;
-        nanosleep(&(struct timespec){ .tv_nsec = 5000000 }, NULL);
+        nanosleep(&(struct timespec){ .tv_nsec = 10000000 }, NULL);
     }
     return NULL;
 }
 
-/* ---- the bus ---------------------------------------------------------------------------- */
+/* ---- the bus ------------------------------------------------------------------------ */
 
 /* No newline may stand in a record; umockdev takes the attribute as text. */
 static void printable_serial(const char *options, char *serial)
@@ -219,7 +219,7 @@ static bool add_records(struct mock_tty *tty, unsigned place)
                tty->tty, tty->node, place, place, place);
 }
 
-/* ---- the node --------------------------------------------------------------------------- */
+/* ---- the node ----------------------------------------------------------------------- */
 
 /* "ROOT/dev/FOLDER/NAME" with its slashes, but the first, as `_`; folder may be "". */
 static gchar *below_dev(const struct mock_tty *tty, const char *folder, const char *name)
@@ -290,7 +290,7 @@ static void take_off(struct mock_tty *tty, const char *syspath)
     g_free(sys);
 }
 
-/* ---- plugging --------------------------------------------------------------------------- */
+/* ---- plugging ----------------------------------------------------------------------- */
 
 /* Where a client's preload library will look for the ioctls of a node: a socket's path. */
 enum { SOCKET_PATH_MAX = 107 };
