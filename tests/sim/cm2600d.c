@@ -73,9 +73,9 @@ static void tell_spectrum(struct sim *s, int64_t now_us, double seconds, handhel
     bool over = false;
     for (int b = 0; b < BANDS; b++)
         over = over || R[mode][b] > 1.75;
-    int n = snprintf(text, sizeof text, "OK%02d", s->differ ? 5 : km_ok(&s->body, over));
+    int n = snprintf(text, sizeof text, "OK%02d", s->differ ? 5 : km_line_ok(&s->body, over));
     for (int b = 0; b < bands; b++) {
-        double told = km_told(&f, R, mode, (size_t)(b % BANDS));
+        double told = km_line_told(&f, R, mode, (size_t)(b % BANDS));
         if (f.kind != FAULT_OVER)
             told = fmin(told, 1.75);
         if (f.kind == FAULT_TEXT && b == 2)
@@ -134,7 +134,7 @@ static void conditions(struct sim *s, char **field, int64_t now_us)
 static void set_conditions(struct sim *s, char **field, int64_t now_us)
 {
     long a, mode;
-    if (!km_number(field[1], 0, 1, &a) || !km_number(field[2], 0, 3, &mode)) {
+    if (!km_line_number(field[1], 0, 1, &a) || !km_line_number(field[2], 0, 3, &mode)) {
         say(s, now_us, "ER03");
         return;
     }
@@ -164,7 +164,7 @@ static void zero(struct sim *s, char **field, int64_t now_us)
     if (!can_flash(s, now_us))
         return;
     if (handheld_zero(&s->body))
-        answer(s, now_us, ZERO_S, "OK%02d", km_ok(&s->body, false));
+        answer(s, now_us, ZERO_S, "OK%02d", km_line_ok(&s->body, false));
     else
         answer(s, now_us, ZERO_S, "ER11");
 }
@@ -179,7 +179,7 @@ static void white(struct sim *s, char **field, int64_t now_us)
     if (!can_flash(s, now_us))
         return;
     if (handheld_white(&s->body, s->plate_data[s->body.port], false, 1u << SCI | 1u << SCE))
-        answer(s, now_us, WHITE_S, "OK%02d", km_ok(&s->body, false));
+        answer(s, now_us, WHITE_S, "OK%02d", km_line_ok(&s->body, false));
     else
         answer(s, now_us, WHITE_S, "ER11");
 }
@@ -188,7 +188,7 @@ static void white(struct sim *s, char **field, int64_t now_us)
 static bool read_place(char **field, size_t *port, int *mode)
 {
     long a, gloss;
-    if (!km_number(field[1], 0, 1, &a) || !km_number(field[2], 0, 1, &gloss))
+    if (!km_line_number(field[1], 0, 1, &a) || !km_line_number(field[2], 0, 1, &gloss))
         return false;
     *port = a == 0 ? 1 : 0;
     *mode = gloss == 0 ? SCI : SCE;
@@ -214,7 +214,7 @@ static void plate_data(struct sim *s, char **field, int64_t now_us)
 static void write_switch(struct sim *s, char **field, int64_t now_us)
 {
     long on;
-    if (!km_number(field[1], 0, 1, &on)) {
+    if (!km_line_number(field[1], 0, 1, &on)) {
         say(s, now_us, "ER03");
         return;
     }
@@ -314,8 +314,8 @@ static bool store(struct sim *s)
 static void sample(struct sim *s, char **field, int64_t now_us)
 {
     long environment, zero_field, number;
-    if (!km_number(field[1], 1, 6, &environment) || !km_number(field[2], 0, 0, &zero_field) ||
-        !km_number(field[3], 1, 9999, &number))
+    if (!km_line_number(field[1], 1, 6, &environment) ||
+        !km_line_number(field[2], 0, 0, &zero_field) || !km_line_number(field[3], 1, 9999, &number))
         say(s, now_us, "ER03");
     else if (environment != 1 || number > (long)s->samples)
         say(s, now_us, "ER10");
@@ -354,7 +354,7 @@ static void obey(void *owner, const char *line, int64_t now_us)
         return;
     }
     memcpy(text, line, strlen(line) + 1);
-    size_t n = km_split(text, field);
+    size_t n = km_line_split(text, field);
     while (c < end && strcmp(c->name, field[0]) != 0)
         c++;
     s->writes += c < end && strstr("CDS WMS", c->name) != NULL;

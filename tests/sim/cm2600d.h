@@ -13,9 +13,9 @@
  *   dot=1           percent with a dot, " 9.87" as 09.87; 0: without, 0.01 %, 00987
  *   careful=1  operator=0  binary_serial=0  asleep=0   as cm700d.h
  *
- * Actions as cm700d.h: "differ 0|1" (the conditions are not its target's, OK05), "press" (after SWE
- * its MES lines come unasked), "store", "forget", "sleep", "reset", "expect writes N" (CDS and
- * WMS).
+ * Actions as cm700d.h: "press" (after SWE its MES lines come unasked), "store", "forget",
+ * "sleep", "reset", "expect writes N" (CDS and WMS); and "differ 0|1": the conditions are not
+ * those of its target (OK05).
  *
  * Assumed where the sources are silent: a flash not charged is ER27; a slider at another place
  * than CPS says is what CPS then says, as CPR (nothing tells of a slider on this line: ER25 is a

@@ -124,9 +124,9 @@ static void tell_spectrum(struct sim *s, int64_t now_us, handheld_spectra R, int
     bool over = false;
     for (int b = 0; b < BANDS; b++)
         over = over || R[mode][b] > 1.75;
-    int n = snprintf(text, sizeof text, "OK%02d", km_ok(&s->body, over));
+    int n = snprintf(text, sizeof text, "OK%02d", km_line_ok(&s->body, over));
     for (int b = 0; b < bands; b++) {
-        double told = km_told(&f, R, mode, (size_t)(b % BANDS));
+        double told = km_line_told(&f, R, mode, (size_t)(b % BANDS));
         if (f.kind != FAULT_OVER)
             told = fmin(told, 1.75);
         if (f.kind == FAULT_TEXT && b == 2)
@@ -237,9 +237,9 @@ static void conditions(struct sim *s, char **field, int64_t now_us)
 static void set_conditions(struct sim *s, char **field, int64_t now_us)
 {
     long a, specular, delay, automatic, manual, first = (long)s->first_area;
-    if (!km_number(field[1], first, first + 1, &a) || !km_number(field[2], 1, 3, &specular) ||
-        !km_number(field[3], 0, 30, &delay) || !km_number(field[4], 1, 10, &automatic) ||
-        !km_number(field[5], 1, 30, &manual)) {
+    if (!km_line_number(field[1], first, first + 1, &a) ||
+        !km_line_number(field[2], 1, 3, &specular) || !km_line_number(field[3], 0, 30, &delay) ||
+        !km_line_number(field[4], 1, 10, &automatic) || !km_line_number(field[5], 1, 30, &manual)) {
         say(s, now_us, "ER03");
         return;
     }
@@ -264,7 +264,7 @@ static void user_calibration_on(struct sim *s, char **field, int64_t now_us)
 static void set_user_calibration(struct sim *s, char **field, int64_t now_us)
 {
     long on;
-    if (!km_number(field[1], 0, 1, &on))
+    if (!km_line_number(field[1], 0, 1, &on))
         say(s, now_us, "ER03");
     else if (on == 1 && s->user == 0)
         say(s, now_us, "ER22");
@@ -294,7 +294,7 @@ static void zero(struct sim *s, char **field, int64_t now_us)
     if (!can_flash(s, now_us))
         return;
     if (handheld_zero(&s->body))
-        answer(s, now_us, ZERO_S, "OK%02d", km_ok(&s->body, false));
+        answer(s, now_us, ZERO_S, "OK%02d", km_line_ok(&s->body, false));
     else
         answer(s, now_us, ZERO_S, "ER11");
 }
@@ -309,7 +309,7 @@ static void white_by(struct sim *s, handheld_spectra standard, bool user, int64_
         return;
     if (handheld_white(&s->body, standard, user, modes_of(s->specular))) {
         s->recalibrate = false;
-        answer(s, now_us, WHITE_S, "OK%02d", km_ok(&s->body, false));
+        answer(s, now_us, WHITE_S, "OK%02d", km_line_ok(&s->body, false));
     } else {
         answer(s, now_us, WHITE_S, "ER11");
     }
@@ -350,7 +350,8 @@ static void set_plate_id(struct sim *s, char **field, int64_t now_us)
 static bool read_place(const struct sim *s, char **field, size_t *port, int *mode)
 {
     long a, specular, first = (long)s->first_area;
-    if (!km_number(field[1], first, first + 1, &a) || !km_number(field[2], 1, 2, &specular))
+    if (!km_line_number(field[1], first, first + 1, &a) ||
+        !km_line_number(field[2], 1, 2, &specular))
         return false;
     *port = (size_t)(a - first);
     *mode = specular == 1 ? SCI : SCE;
@@ -381,7 +382,7 @@ static void set_data(struct sim *s, handheld_spectra *data, long min, long max, 
     long value[BANDS];
     bool good = read_place(s, field, &port, &mode);
     for (int b = 0; good && b < BANDS; b++)
-        good = km_number(field[3 + b], min, max, &value[b]);
+        good = km_line_number(field[3 + b], min, max, &value[b]);
     if (!good) {
         say(s, now_us, "ER03");
         return;
@@ -429,7 +430,7 @@ static void measure(struct sim *s, char **field, int64_t now_us)
         say(s, now_us, "ER28");
     else {
         measurement_begins(s, false, now_us);
-        answer(s, now_us, REPLY_S, "OK%02d", km_ok(&s->body, false));
+        answer(s, now_us, REPLY_S, "OK%02d", km_line_ok(&s->body, false));
     }
 }
 
@@ -437,7 +438,7 @@ static void measure(struct sim *s, char **field, int64_t now_us)
 static int mode_of(const struct sim *s, const char *k, long specular)
 {
     long number;
-    if (!km_number(k, 1, 2, &number))
+    if (!km_line_number(k, 1, 2, &number))
         return -1;
     if (strcmp(s->index, "running") == 0 && specular != 3)
         return number != 1 ? -1 : specular == 1 ? SCI : SCE;
@@ -512,11 +513,11 @@ static void tell_colour(struct sim *s, struct shot *shot, char **field, int64_t 
         return;
     if (shot->read) /* the spectrum takes it away */
         say(s, now_us, "ER10");
-    else if (!km_number(field[2], 1, 2, &obs) || !km_number(field[3], 1, 11, &ill) ||
-             !km_number(field[4], 1, 16, &val) || !colour(shot->R, mode, obs, ill, val, &x))
+    else if (!km_line_number(field[2], 1, 2, &obs) || !km_line_number(field[3], 1, 11, &ill) ||
+             !km_line_number(field[4], 1, 16, &val) || !colour(shot->R, mode, obs, ill, val, &x))
         say(s, now_us, "ER03");
     else
-        answer(s, now_us, REPLY_S, "OK%02d,%.4f", km_ok(&s->body, false), x);
+        answer(s, now_us, REPLY_S, "OK%02d,%.4f", km_line_ok(&s->body, false), x);
 }
 
 static void last_colour(struct sim *s, char **field, int64_t now_us)
@@ -532,7 +533,7 @@ static void pressed_colour(struct sim *s, char **field, int64_t now_us)
 static void set_button(struct sim *s, char **field, int64_t now_us)
 {
     long on;
-    if (!km_number(field[1], 0, 1, &on)) {
+    if (!km_line_number(field[1], 0, 1, &on)) {
         say(s, now_us, "ER03");
         return;
     }
@@ -560,7 +561,7 @@ static bool store(struct sim *s, int64_t now_us)
 static struct sample *find(struct sim *s, const char *field, int64_t now_us)
 {
     long number;
-    if (!km_number(field, 1, 99999, &number))
+    if (!km_line_number(field, 1, 99999, &number))
         say(s, now_us, "ER03");
     else if (number > (long)s->samples)
         say(s, now_us, "ER10");
@@ -624,7 +625,7 @@ static void set_clock(struct sim *s, char **field, int64_t now_us)
     long v[6];
     static const long min[6] = { 1980, 1, 1, 0, 0, 0 }, max[6] = { 2099, 12, 31, 23, 59, 59 };
     for (int i = 0; i < 6; i++)
-        if (!km_number(field[1 + i], min[i], max[i], &v[i])) {
+        if (!km_line_number(field[1 + i], min[i], max[i], &v[i])) {
             say(s, now_us, "ER03");
             return;
         }
@@ -638,7 +639,7 @@ static void set_clock(struct sim *s, char **field, int64_t now_us)
 static void set_date_format(struct sim *s, char **field, int64_t now_us)
 {
     long format;
-    say(s, now_us, km_number(field[1], 0, 2, &format) ? "OK00" : "ER03");
+    say(s, now_us, km_line_number(field[1], 0, 2, &format) ? "OK00" : "ER03");
 }
 
 /* ---- the list of commands ----------------------------------------------------------- */
@@ -692,7 +693,7 @@ static void obey(void *owner, const char *line, int64_t now_us)
         return;
     }
     memcpy(text, line, strlen(line) + 1);
-    size_t n = km_split(text, field);
+    size_t n = km_line_split(text, field);
     while (c < end && strcmp(c->name, field[0]) != 0)
         c++;
     s->writes += c < end && strstr("CIS CDS UCS SDD SAD", c->name) != NULL;

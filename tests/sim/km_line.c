@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-size_t km_split(char *line, char *field[KM_FIELDS])
+size_t km_line_split(char *line, char *field[KM_FIELDS])
 {
     size_t n = 0;
     for (char *at = line; at != NULL;) {
@@ -18,7 +18,7 @@ size_t km_split(char *line, char *field[KM_FIELDS])
     return n;
 }
 
-bool km_number(const char *field, long min, long max, long *ret)
+bool km_line_number(const char *field, long min, long max, long *ret)
 {
     char *end;
     long x = strtol(field, &end, 10);
@@ -28,7 +28,7 @@ bool km_number(const char *field, long min, long max, long *ret)
     return true;
 }
 
-int km_ok(const struct handheld *h, bool over_range)
+int km_line_ok(const struct handheld *h, bool over_range)
 {
     if (over_range)
         return 9;
@@ -36,7 +36,7 @@ int km_ok(const struct handheld *h, bool over_range)
     return weak && low ? 4 : low ? 3 : weak ? 2 : 0;
 }
 
-double km_told(const struct fault *f, handheld_spectra R, int mode, size_t band)
+double km_line_told(const struct fault *f, handheld_spectra R, int mode, size_t band)
 {
     switch (f->kind) {
     case FAULT_ZERO:

@@ -67,7 +67,7 @@ static void tell_spectrum(struct sim *s, int64_t now_us, handheld_spectra R, int
     int n = 0, bands = f.kind == FAULT_BANDS ? (int)f.a : BANDS;
     for (int b = 0; b < bands; b++) {
         const char *between = b > 0 ? s->separator : "";
-        double percent = 100.0 * km_told(&f, R, mode, (size_t)(b % BANDS));
+        double percent = 100.0 * km_line_told(&f, R, mode, (size_t)(b % BANDS));
         if (f.kind == FAULT_TEXT && b == 2)
             n += snprintf(text + n, sizeof text - (size_t)n, "%snan", between);
         else
