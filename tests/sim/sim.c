@@ -4,9 +4,7 @@
 #include <string.h>
 
 static const struct sim_kind *const kinds[] = {
-    &sim_cm700d,
-    &sim_cm2600d,
-    &sim_sp62,
+    &sim_cm700d, &sim_cm2600d, &sim_sp62, &sim_usb2000, &sim_usb4000, &sim_hr2000, &sim_hr4000,
 };
 
 const struct sim_kind *sim_find(const char *name)

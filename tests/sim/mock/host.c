@@ -8,7 +8,8 @@
  * line of standard input:
  *
  *   plug KIND NAME NODE [OPTIONS]   plug cm700d one ttyACM0 serial=00012345,delays=0
- *                                   a NAME that was unplugged: the same instrument, no options
+ *                                   a NAME that was unplugged: the same instrument, no options;
+ *                                   USB: plug usb2000 two 001/005
  *   unplug NAME
  *   act NAME ACTION                 act one press
  *   mode NODE MODE                  mode ttyACM0 0600
@@ -29,11 +30,12 @@
 #include <unistd.h>
 
 #include "tests/sim/mock/mock_tty.h"
+#include "tests/sim/mock/usb_socket.h"
 #include "tests/sim/sim.h"
 
 /* ---- what can be plugged in: one bus, one row --------------------------------------- */
 
-/* A simulator on its bus.  plug()'s place is a node's name on a tty. */
+/* A simulator on its bus.  plug()'s place is a node's name for a tty, BUS/DEVICE for USB. */
 struct bus {
     const char *const *kinds; /* ends with NULL; NULL: all that no other row has */
     void *(*make)(UMockdevTestbed *bed, const struct sim_kind *kind, const char *options);
@@ -76,7 +78,35 @@ static void tty_free(void *device)
     mock_tty_free(device);
 }
 
+static void *usb_make(UMockdevTestbed *bed, const struct sim_kind *kind, const char *options)
+{
+    return usb_socket_make(bed, kind, options);
+}
+
+static bool usb_plug(void *device, const char *place)
+{
+    return usb_socket_plug(device, place);
+}
+
+static void usb_unplug(void *device)
+{
+    usb_socket_unplug(device);
+}
+
+static bool usb_act(void *device, const char *action)
+{
+    return usb_socket_act(device, action);
+}
+
+static void usb_free(void *device)
+{
+    usb_socket_free(device);
+}
+
+static const char *const usb_kinds[] = { "usb2000", "usb4000", "hr2000", "hr4000", NULL };
+
 static const struct bus buses[] = {
+    { usb_kinds, usb_make, usb_plug, usb_unplug, usb_act, usb_free },
     { NULL, tty_make, tty_plug, tty_unplug, tty_act, tty_free },
 };
 
@@ -208,7 +238,7 @@ static void mode(struct host *host, char **word, int words)
 {
     char *end = "x";
     unsigned long bits = words == 3 ? strtoul(word[2], &end, 8) : 0;
-    if (words != 3 || *end != '\0' || bits > 07777 || strchr(word[1], '/') != NULL) {
+    if (words != 3 || *end != '\0' || bits > 07777 || strstr(word[1], "..") != NULL) {
         answer("error mode NODE MODE, octal");
         return;
     }
