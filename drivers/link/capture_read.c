@@ -172,16 +172,26 @@ static int64_t days_since_1970(int year, int month, int day)
     return 365 * y + y / 4 - y / 100 + y / 400 + (153 * m + 2) / 5 + day - 1 - 719468;
 }
 
+static int number_at(const char *digits, size_t at, size_t n)
+{
+    int number = 0;
+    for (size_t i = at; i < at + n; i++)
+        number = number * 10 + digits[i] - '0';
+    return number;
+}
+
 /* "2026-11-22T09:30:00Z", with anything behind it. */
 static bool read_date(const char *text, int64_t *ret)
 {
-    int year, month, day, hour, minute, second, taken = 0;
-    if (sscanf(text, "%4d-%2d-%2dT%2d:%2d:%2dZ%n", &year, &month, &day, &hour, &minute, &second,
-               &taken) != 6 ||
-        taken != (int)strlen("2026-11-22T09:30:00Z"))
-        return false;
-    if (year < 1970 || month < 1 || month > 12 || day < 1 || day > 31 || hour < 0 || hour > 23 ||
-        minute < 0 || minute > 59 || second < 0 || second > 60)
+    static const char form[] = "dddd-dd-ddTdd:dd:ddZ";
+    for (size_t i = 0; form[i] != '\0'; i++)
+        if (form[i] != 'd' ? text[i] != form[i] : !isdigit((unsigned char)text[i]))
+            return false; /* at the end of the text at the latest */
+    int year = number_at(text, 0, 4), month = number_at(text, 5, 2), day = number_at(text, 8, 2);
+    int hour = number_at(text, 11, 2), minute = number_at(text, 14, 2);
+    int second = number_at(text, 17, 2);
+    if (year < 1970 || month < 1 || month > 12 || day < 1 || day > 31 || hour > 23 || minute > 59 ||
+        second > 60)
         return false;
     *ret = ((days_since_1970(year, month, day) * 24 + hour) * 60 + minute) * 60 + second;
     return true;

@@ -266,7 +266,7 @@ static enum driver_result fault_open(const struct link_source *source,
                                      struct driver_error *error)
 {
     /* The source is the caller's own and not const: it counts. */
-    struct fault_source *of = (struct fault_source *)(uintptr_t)source;
+    struct fault_source *of = (struct fault_source *)source;
     struct link *inner;
     enum driver_result r = of->wire->open(of->wire, wanted, &inner, error);
     if (r != DRIVER_OK)

@@ -29,12 +29,13 @@ enum { LINK_SERIAL = 0 };
 struct link_ops {
     const char *kind; /* "serial", "usb", ... */
 
-    /* All n bytes, or an error. */
+    /* All n bytes, or an error: how many of them went is not known then. */
     enum driver_result (*send)(struct link *link, uint8_t channel, const void *bytes, size_t n,
                                int64_t deadline_ms, struct driver_error *error);
 
     /* Wait for bytes: a line gives what is there, 1 to size of them, usb one transfer of at
-     * most size, which a short packet ends (*n may be 0) and the deadline may cut.
+     * most size, which a short packet ends (*n may be 0) and the deadline may cut: what came is
+     * given (a deadline that has passed gives the bus 5 ms).
      * DRIVER_TIMEOUT where nothing came; DRIVER_GONE within 100 ms of the unplugging;
      * DRIVER_PROTOCOL where the device stalls or sends more than size: the endpoint is
      * ready again. */
@@ -42,7 +43,8 @@ struct link_ops {
                                   size_t *n, int64_t deadline_ms, struct driver_error *error);
 
     /* Throw away what comes on the channel until it was quiet for quiet_ms: the way back
-     * into step.  DRIVER_TIMEOUT where it does not become quiet before the deadline. */
+     * into step.  DRIVER_TIMEOUT where it does not become quiet before the deadline.  NULL:
+     * link_drain() receives. */
     enum driver_result (*drain)(struct link *link, uint8_t channel, int quiet_ms,
                                 int64_t deadline_ms, struct driver_error *error);
 
@@ -97,12 +99,15 @@ struct link_source {
                                struct link **ret, struct driver_error *error);
 };
 
-/* Open what options->address names, or what options->wire gives, with options->capture (if
- * any) written to.  A port is held alone: TIOCEXCL and a lock file beside that of others
- * (DRIVER_BUSY); EACCES and EPERM are tried again for 2 s, as udev may not have set the mode
- * yet, then DRIVER_NO_PERMISSION; DRIVER_GONE where there is no such port; DRIVER_UNSUPPORTED for
- * one that is no tty, another model, or an address of another kind.  The text says what
- * to do. */
+/* Open what wanted->address (NULL: options->address) names, or what options->wire gives, with
+ * options->capture (if any) written to.
+ *
+ * A port is held alone, else DRIVER_BUSY: TIOCEXCL, which root is not held up by, and an flock() on
+ * the tty itself, which ends with its process and needs no folder that can be written; the
+ * lock files of others in /run/lock are respected.  RTS and DTR are raised.  EACCES and EPERM are
+ * tried again for 2 s, as udev may not have set the mode yet, then DRIVER_NO_PERMISSION;
+ * DRIVER_GONE where there is no such port; DRIVER_UNSUPPORTED for one that is no tty, another
+ * model, an address of another kind, or one that two match.  The text says what to do. */
 enum driver_result link_open(const struct driver_options *options, const struct link_wanted *wanted,
                              struct link **ret, struct driver_error *error);
 
@@ -118,6 +123,9 @@ enum driver_result link_receive(struct link *link, uint8_t channel, void *bytes,
                                 size_t *n, int64_t deadline_ms, struct driver_error *error);
 enum driver_result link_drain(struct link *link, uint8_t channel, int quiet_ms, int64_t deadline_ms,
                               struct driver_error *error);
+
+/* Whoever sends an instrument the time asks here, and once for each sending: a record keeps the
+ * answer for its replay. */
 int64_t link_realtime_s(struct link *link);
 void link_close(struct link *link); /* takes NULL */
 

@@ -43,23 +43,36 @@ struct sought {
     unsigned vid, pid, bus, device;
 };
 
+/* One to most digits at *at, which moves behind them; -1 where there are none. */
+static long take_number(const char **at, int base, size_t most)
+{
+    static const char all[] = "0123456789abcdefABCDEF";
+    char digits[8] = "";
+    size_t n = strspn(*at, base == 16 ? all : "0123456789");
+    if (n == 0 || n > most)
+        return -1;
+    memcpy(digits, *at, n);
+    *at += n;
+    return strtol(digits, NULL, base);
+}
+
 static bool parse_address(const char *address, struct sought *ret)
 {
-    struct sought s = { 0, 0, 0, 0 };
-    int taken = 0;
-    size_t n = strlen(address);
     if (strcmp(address, "usb") == 0) {
-        *ret = s;
+        *ret = (struct sought){ 0, 0, 0, 0 };
         return true;
     }
-    bool by_model = n == strlen("usb:2457:101e");
-    if (by_model)
-        (void)sscanf(address, "usb:%4x:%4x%n", &s.vid, &s.pid, &taken);
-    else
-        (void)sscanf(address, "usb:%3u:%3u%n", &s.bus, &s.device, &taken);
-    if (taken == 0 || (size_t)taken != n || (by_model ? s.vid == 0 : s.bus == 0 || s.device == 0))
+    bool by_model = strlen(address) == strlen("usb:2457:101e");
+    const char *at = address + strlen("usb:"); /* which link_open() has seen */
+    long first = take_number(&at, by_model ? 16 : 10, by_model ? 4 : 3);
+    if (first <= 0 || *at++ != ':')
         return false;
-    *ret = s;
+    long second = take_number(&at, by_model ? 16 : 10, by_model ? 4 : 3);
+    if (second < 0 || *at != '\0' || (!by_model && second == 0))
+        return false;
+    unsigned a = (unsigned)first, b = (unsigned)second;
+    *ret =
+        by_model ? (struct sought){ .vid = a, .pid = b } : (struct sought){ .bus = a, .device = b };
     return true;
 }
 
@@ -377,7 +390,7 @@ static enum driver_result transfer_bulk(struct usb *usb, uint8_t endpoint, const
     if (out != NULL && size > 0)
         memcpy(transfer->usb->buffer, out, size);
     r = run(usb, &transfer, deadline_ms, error);
-    if (r == DRIVER_OK && in != NULL) {
+    if (r == DRIVER_OK && in != NULL && transfer != NULL) { /* NULL: late, and not OK */
         *n = (size_t)transfer->usb->actual_length;
         memcpy(in, transfer->usb->buffer, *n);
     }

@@ -247,6 +247,8 @@ static void test_bad_files(void)
         { HEAD "0.2 ! ok\n", STATUS_FORMAT, 2, "how the link failed" },
         { HEAD "0.2 clock noon\n", STATUS_FORMAT, 2, "seconds since 1970" },
         { HEAD "# date: 22.11.2026\n", STATUS_FORMAT, 2, "date" },
+        { HEAD "# date: 2026-11-22T09:30\n", STATUS_FORMAT, 2, "date" },
+        { HEAD "# date: 2026-11-22T24:30:00Z\n", STATUS_FORMAT, 2, "date" },
         { HEAD "# date: 2026-13-22T09:30:00Z\n", STATUS_FORMAT, 2, "date" },
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {

@@ -142,7 +142,7 @@ static void test_drain_takes_a_duplicate(void)
 
 static void test_the_rest_passes(void)
 {
-    start((struct fault){ FAULT_NONE });
+    start((struct fault){ .kind = FAULT_NONE });
     link_begin(wire, "measure");
     TEST_ASSERT_EQUAL_STRING("measure", script.begun);
     TEST_ASSERT_EQUAL_INT64(1700000000, link_realtime_s(wire));
