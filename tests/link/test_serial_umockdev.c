@@ -334,6 +334,7 @@ static void test_lock_of_the_dead(void)
     TEST_ASSERT_EQUAL_INT(0, pipe(ready));
     pid_t child = fork();
     if (child == 0) {
+        alarm(20); /* should the test end before it */
         int mine = open(node, O_RDWR | O_NOCTTY);
         if (mine < 0 || flock(mine, LOCK_EX | LOCK_NB) != 0 || write(ready[1], "x", 1) != 1)
             _exit(1);

@@ -515,6 +515,10 @@ static void test_pulled_out_and_hung_up(void)
     node_kind = MOCK_USB_FIFO;
 }
 
+/* Of AddressSanitizer, where it is there. */
+void __lsan_disable(void) __attribute__((weak));
+void __lsan_enable(void) __attribute__((weak));
+
 /* A transfer that does not end where it is taken back: its memory stays the system's, and
  * nobody waits for it for ever. */
 static void test_a_transfer_that_never_completes(void)
@@ -522,7 +526,11 @@ static void test_a_transfer_that_never_completes(void)
     start();
     cancels_nothing = true;
     int64_t began_ms = call_now_ms();
+    if (__lsan_disable != NULL)
+        __lsan_disable(); /* libusb 1.0.26 frees what it keeps of a transfer when it ends */
     enum driver_result late = hear(IN, 64, 50);
+    if (__lsan_enable != NULL)
+        __lsan_enable();
     int64_t late_ms = call_now_ms() - began_ms;
     began_ms = call_now_ms();
     enum driver_result next = say("ehello");
