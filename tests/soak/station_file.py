@@ -43,10 +43,13 @@ class Ledger:
         self.subjects = {}  # id -> whether its person must be there; None: asked to forget
         self.erased = set()  # names of persons, as person_name() makes them
         self.cancelled = set()  # uuids of which nothing must be stored
+        self.unmatched = set()  # taken_at of records told without a match: none must be left here
 
     def record(self, record):
-        """The result of measure.start."""
+        """The result of measure.start.  Where there is no match, none must be in the file."""
         L, a, b = record["Lab"]
+        if "match" not in record:
+            self.unmatched.add(record["taken_at"])
         row = {
             "id": record["id"],
             "seq": record["seq"],
@@ -57,7 +60,7 @@ class Ledger:
             "spectrum": blob(record["spectrum"]["values"]),
             "replicates": len(record["replicates"]),
             "flags": canonical(record["flags"]),
-            "result": canonical(record["match"]),
+            "result": canonical(record.get("match")),
             **{"L": L, "a": a, "b": b},
         }
         return self._keep(record["uuid"], row)
@@ -133,6 +136,8 @@ def _faults(db, ledger):
     uuids = {row[0] for row in db.execute("SELECT uuid FROM measurement")}
     if uuids & ledger.cancelled:
         yield f"{len(uuids & ledger.cancelled)} cancelled measurements were stored"
+    if ledger.unmatched:
+        yield f"records were made without a match: {sorted(ledger.unmatched)[:3]}"
     kept = {row[0] for row in db.execute("SELECT id FROM calibration")}
     if not ledger.calibrations <= kept:
         yield f"calibrations are missing: {sorted(ledger.calibrations - kept)[:3]}"
@@ -172,8 +177,8 @@ def _record_faults(db, told):
         if expected is None:
             continue
         found += 1
-        for name in ("flags", "result"):
-            row[name] = canonical(json.loads(row[name]))
+        for name in ("flags", "result"):  # NULL: no match was stored
+            row[name] = canonical(json.loads(row[name] or "null"))
         wrong = [name for name, value in expected.items() if row[name] != value]
         if wrong:
             yield f"seq {row['seq']}: {', '.join(wrong)} are not as told"

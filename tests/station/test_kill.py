@@ -41,6 +41,7 @@ TAMPERED = (
     ("the last one is gone", "DELETE FROM measurement WHERE seq = 3", "1 of 3 acknowledged"),
     ("a value", "UPDATE measurement SET L = L + 1e-9 WHERE seq = 1", "seq 1: L are not as told"),
     ("a match", "UPDATE match SET result = '{}' WHERE measurement = 1", "seq 1: result"),
+    ("a match is gone", "DELETE FROM match WHERE measurement = 1", "seq 1: result"),
     ("a second one of a uuid", "UPDATE measurement SET uuid = (SELECT uuid FROM measurement "
      "WHERE seq = 1) WHERE seq = 2", "1 uuids are there twice"),
     ("ids out of order", "UPDATE measurement SET id = 'f' || substr(id, 2) WHERE seq = 1",
@@ -107,6 +108,21 @@ class Look(Case):
     def test_what_must_not_be_there(self):
         self.disagrees("1 names that were erased", erased={"Person-" + "0" * 32})
         self.disagrees("1 cancelled measurements were stored", cancelled={self.record["uuid"]})
+
+    def told_without_a_match(self, sql):
+        """What is wrong, where the last record was told without a match."""
+        ledger = station_file.Ledger()
+        ledger.record({name: value for name, value in self.record.items() if name != "match"})
+        with self.assertRaises(AssertionError) as caught:
+            station_file.check(self.altered(sql), ledger)
+        self.assertIn("made without a match: ['20", str(caught.exception))
+        return str(caught.exception)
+
+    def test_told_without_a_match(self):
+        """Whether that may be is not the ledger's to say; the file must agree."""
+        self.assertIn("seq 3: result are not as told", self.told_without_a_match(""))
+        sql = "DELETE FROM match WHERE measurement = 3"
+        self.assertNotIn("as told", self.told_without_a_match(sql))
 
     def test_told_otherwise(self):
         """The same uuid, another answer."""
