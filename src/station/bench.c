@@ -12,6 +12,7 @@
 #include "json/give.h"
 #include "station/run.h"
 #include "station/serve.h"
+#include "station/tell.h"
 
 /* ---- calibration -------------------------------------------------------------------- */
 

@@ -9,6 +9,7 @@
 #include "station/calibration.h"
 #include "station/lease.h"
 #include "station/station.h"
+#include "station/ticket.h"
 #include "station/unit.h"
 
 struct run;

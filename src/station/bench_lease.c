@@ -1,5 +1,4 @@
-/* bench_lease.c - instrument.acquire, withdraw, renew, release: who holds a bench, and who is next.
- */
+/* bench_lease.c - instrument.acquire, withdraw, renew, release: who holds a bench, who is next. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,9 +8,13 @@
 #include "base/log.h"
 #include "base/uuid.h"
 #include "station/bench.h"
+#include "station/fences.h"
 #include "station/params.h"
+#include "station/parking.h"
 #include "station/run.h"
 #include "station/serve.h"
+#include "station/tell.h"
+#include "station/ticket.h"
 
 /* ---- granted ------------------------------------------------------------------------ */
 
@@ -45,7 +48,7 @@ static void name_lease(struct bench *bench)
 
 static void granted(struct bench *bench, const struct ticket *ticket)
 {
-    station_keep_fences(bench->station);
+    fences_keep(bench->station);
     name_lease(bench);
     station_answer(bench->station, ticket, lease_json(bench));
     cJSON *data = bench_named(bench);

@@ -6,6 +6,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "station/bench.h"
+#include "station/station_store.h"
 
 enum { EVERY_MS = 5000, PRUNE_EVERY_MS = 24 * 3600 * 1000, SLACK_US = 500000 };
 /* Begun anew from this size on; a size that only a reader who holds it can bring about. */

@@ -3,6 +3,9 @@
 
 #include <stdlib.h>
 
+#include "station/station_store.h"
+#include "station/ticket.h"
+
 /* ---- a damage, told to the loop ----------------------------------------------------- */
 
 struct damage {

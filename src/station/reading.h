@@ -5,6 +5,7 @@
 #define SKINSPEC_STATION_READING_H
 
 #include "station/station.h"
+#include "station/ticket.h"
 
 struct reading {
     struct job job;

@@ -10,7 +10,13 @@
 #include "base/log.h"
 #include "json/give.h"
 #include "station/params.h"
+#include "station/parking.h"
 #include "station/reading.h"
+#include "station/station_record.h"
+#include "station/station_store.h"
+#include "station/station_table.h"
+#include "station/tell.h"
+#include "station/ticket.h"
 #include "station/wire.h"
 
 enum { WAIT_MS = 600000 }; /* then asked again */

@@ -11,6 +11,7 @@
 
 #include "station/bench.h"
 #include "station/measuring.h"
+#include "station/ticket.h"
 
 enum { RUN_ASKERS = 8 };
 enum run_phase { RUN_SHOOTING, RUN_WAITING, RUN_MATCHING, RUN_STORING };

@@ -1,4 +1,4 @@
-/* serve.h - one function per method of the protocol; station.c finds them by the method. */
+/* serve.h - one function per method of the protocol; dispatch.c finds them by the method. */
 #ifndef SKINSPEC_STATION_SERVE_H
 #define SKINSPEC_STATION_SERVE_H
 
@@ -16,10 +16,12 @@ serve serve_instrument_renew, serve_instrument_release;
 serve serve_measure_start, serve_measure_next, serve_measure_cancel; /* serve_measure.c */
 serve serve_match_spectrum;                                          /* serve_match.c */
 serve serve_record_get, serve_record_list, serve_record_export, serve_record_recompute;
-serve serve_subject_add, serve_subject_list, serve_subject_forget, serve_site_list;
-serve serve_table_list, serve_table_info;                      /* serve_table.c */
-serve serve_status_get, serve_metrics_get, serve_rpc_describe; /* serve_status.c */
-serve serve_store_verify, serve_store_begin_anew;              /* serve_store.c */
+serve serve_subject_add, serve_subject_list, serve_subject_forget; /* serve_subject.c */
+serve serve_site_list;
+serve serve_table_list, serve_table_info;   /* serve_table.c */
+serve serve_status_get, serve_rpc_describe; /* serve_status.c */
+serve serve_metrics_get;
+serve serve_store_verify, serve_store_begin_anew; /* serve_store.c */
 
 cJSON *status_json(struct station *station);
 

@@ -8,7 +8,11 @@
 #include "json/give.h"
 #include "station/bench.h"
 #include "station/params.h"
+#include "station/parking.h"
 #include "station/serve.h"
+#include "station/station_store.h"
+#include "station/tell.h"
+#include "station/ticket.h"
 
 void serve_instrument_list(struct station *station, struct client *client, struct request *request)
 {

@@ -7,9 +7,14 @@
 
 #include "base/clock.h"
 #include "station/params.h"
+#include "station/parking.h"
 #include "station/reading.h"
 #include "station/serve.h"
+#include "station/station_record.h"
+#include "station/station_store.h"
+#include "station/station_table.h"
 #include "station/strict_json.h"
+#include "station/ticket.h"
 #include "station/wire.h"
 
 /* One request on its way; first a job of a worker where matching takes long, then one of

@@ -5,9 +5,14 @@
 #include <string.h>
 
 #include "station/params.h"
+#include "station/parking.h"
 #include "station/reading.h"
 #include "station/run.h"
 #include "station/serve.h"
+#include "station/station_record.h"
+#include "station/station_store.h"
+#include "station/station_table.h"
+#include "station/ticket.h"
 #include "station/wire.h"
 
 /* ---- begun -------------------------------------------------------------------------- */

@@ -9,6 +9,7 @@
 #include "station/reading.h"
 #include "station/serve.h"
 #include "station/strict_json.h"
+#include "station/ticket.h"
 #include "station/wire.h"
 
 enum { LIST_LIMIT = 100, EXPORT_LIMIT = 100000 };

@@ -8,6 +8,7 @@
 #include "station/params.h"
 #include "station/serve.h"
 #include "station/strict_json.h"
+#include "station/ticket.h"
 
 void serve_session_open(struct station *station, struct client *client, struct request *request)
 {

@@ -3,6 +3,8 @@
 
 #include "station/reading.h"
 #include "station/serve.h"
+#include "station/station_store.h"
+#include "station/ticket.h"
 
 struct verifying {
     bool found, sound;

@@ -1,4 +1,4 @@
-/* serve_subject.c - subject.add, subject.list, subject.forget, site.list. */
+/* serve_subject.c - subject.add, subject.list, subject.forget. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -7,9 +7,11 @@
 #include "station/params.h"
 #include "station/reading.h"
 #include "station/serve.h"
+#include "station/station_store.h"
 #include "station/strict_json.h"
+#include "station/ticket.h"
 
-enum { LIST_LIMIT = 100, SITES_MAX = 3000 };
+enum { LIST_LIMIT = 100 };
 
 /* ---- written ------------------------------------------------------------------------ */
 
@@ -173,36 +175,5 @@ void serve_subject_list(struct station *station, struct client *client, struct r
     params_copy(request, "after", subjects->after, sizeof subjects->after);
     subjects->limit = (size_t)params_integer(request, "limit", LIST_LIMIT);
     reading->read = read_subjects;
-    reading_ask(reading, station->reader);
-}
-
-static bool add_site(void *context, const char *site)
-{
-    cJSON *sites = context;
-    json_give_item(sites, cJSON_CreateString(site));
-    return cJSON_GetArraySize(sites) < SITES_MAX;
-}
-
-static cJSON *read_sites(struct reading *reading, struct worker *worker, struct refusal *refusal)
-{
-    struct store_reader *reader = reading_store(worker, refusal);
-    (void)reading;
-    if (reader == NULL)
-        return NULL;
-    cJSON *result = cJSON_CreateObject();
-    enum status s = store_list_sites(reader, add_site, cJSON_AddArrayToObject(result, "sites"));
-    if (s == STATUS_OK)
-        return result;
-    reading_failed(worker, s, refusal);
-    cJSON_Delete(result);
-    return NULL;
-}
-
-void serve_site_list(struct station *station, struct client *client, struct request *request)
-{
-    struct reading *reading = reading_make(station, client, request, 0);
-    if (reading == NULL)
-        return;
-    reading->read = read_sites;
     reading_ask(reading, station->reader);
 }

@@ -8,6 +8,7 @@
 #include "match/grid.h"
 #include "station/params.h"
 #include "station/serve.h"
+#include "station/ticket.h"
 
 static const char *const state_names[] = { "ready", "loading", "available", "failed", "failed" };
 

@@ -1,16 +1,15 @@
-/* station_store.c - how the store stands, as the loop knows it, and records on their way. */
-#include <inttypes.h>
-#include <math.h>
-#include <stddef.h>
+/* station_store.c - opened, tried, told; what is remembered of it and what is forgotten. */
+#include "station/station_store.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/log.h"
 #include "station/bench.h"
-#include "station/housekeeping.h"
-
-enum { RECORDS_PER_CHECK = 2048 };
+#include "station/fences.h"
+#include "station/parking.h"
+#include "station/tell.h"
 
 const char *store_state_name(enum store_state state)
 {
@@ -178,49 +177,6 @@ struct refusal station_store_refusal(const struct station *station, enum status 
     return refusal;
 }
 
-/* ---- fences ------------------------------------------------------------------------- */
-
-enum { FENCES_AT_A_TIME = 1 << 20 };
-
-static void go_on_above(struct station *station, int64_t fence)
-{
-    struct fences *fences = &station->fences;
-    fences->last = fence > fences->last ? fence : fences->last;
-    fences->known = true;
-    station_serve_parked(station);
-}
-
-static void fences_reserved(struct job *job)
-{
-    struct write_job *write = (struct write_job *)job;
-    struct station *station = write->context;
-    station->fences.asked = false;
-    go_on_above(station, write->fences.above);
-    if (write->status == STATUS_OK) { /* what was left of those before is dropped */
-        go_on_above(station, write->fences.first - 1);
-        station->fences.reserved = write->fences.first + write->fences.n - 1;
-    }
-    free(write);
-}
-
-void station_keep_fences(struct station *station)
-{
-    struct fences *fences = &station->fences;
-    bool enough = fences->reserved - fences->last > FENCES_AT_A_TIME / 2;
-    struct write_job *write = NULL;
-    if (!enough && !fences->asked && station->writer != NULL)
-        write = calloc(1, sizeof *write);
-    if (write == NULL)
-        return; /* without memory: the next lease asks again */
-    write->job.done = fences_reserved;
-    write->kind = WRITE_FENCES;
-    write->fences.n = FENCES_AT_A_TIME;
-    write->fences.above = fences->last;
-    write->context = station;
-    fences->asked = true;
-    writer_ask(station->writer, write);
-}
-
 /* ---- opening ------------------------------------------------------------------------ */
 
 /* Take the folder and start the writer, as far as that goes. */
@@ -276,7 +232,7 @@ static void newest_read(struct job *job)
     if (is_same && *newest->known_id == '\0') /* the writer has not opened it, nor may ever */
         memcpy(store->station_id, newest->station_id, sizeof store->station_id);
     if (station->writer == NULL)
-        go_on_above(station, newest->fence);
+        fences_go_on_above(station, newest->fence);
     free(newest);
 }
 
@@ -285,7 +241,7 @@ static void ask_for_newest(struct station *station, struct worker *worker)
     struct newest *newest = calloc(1, sizeof *newest);
     if (newest == NULL) { /* the next record tells */
         if (station->writer == NULL)
-            go_on_above(station, 0);
+            fences_go_on_above(station, 0);
         return;
     }
     newest->job.run = read_newest;
@@ -333,7 +289,7 @@ void station_take_opened(struct station *station, const struct write_job *write)
         read_store(station);
     if (is_new) /* it may have records with fences that were not reserved here */
         station->fences.reserved = 0;
-    station_keep_fences(station);
+    fences_keep(station);
 }
 
 static void opened(struct job *job)
@@ -384,90 +340,4 @@ void station_try_store(struct station *station)
     if (station->writer == NULL && claim(station) != STATUS_OK)
         return; /* logged; next time */
     (void)ask_to_open(station);
-}
-
-/* ---- records ------------------------------------------------------------------------------------
- */
-
-struct spare_record {
-    struct store_record record; /* first: it is handed out as this */
-    struct spare_record *next;
-};
-
-/* Replicates beyond record->replicates are not looked at: they stay as they are. */
-static void make_absent(struct store_record *r)
-{
-    const size_t head = offsetof(struct store_record, replicate);
-    const size_t tail = offsetof(struct store_record, raw);
-    memset(r, 0, head);
-    r->replicate[0].n = r->replicate_sci[0].n = 0;
-    memset((char *)r + tail, 0, sizeof *r - tail);
-    r->owner_uid = -1;
-    r->aperture_mm = r->raw_unit = r->surface = r->ITA = NAN;
-}
-
-struct store_record *station_record(struct station *station)
-{
-    struct spare_record *spare = station->spare_records;
-    if (spare != NULL)
-        station->spare_records = spare->next;
-    else
-        spare = malloc(sizeof *spare);
-    if (spare == NULL)
-        return NULL;
-    make_absent(&spare->record);
-    return &spare->record;
-}
-
-void station_record_back(struct station *station, struct store_record *record)
-{
-    struct spare_record *spare = (struct spare_record *)record;
-    if (record == NULL)
-        return;
-    free((void *)record->raw);
-    spare->next = station->spare_records;
-    station->spare_records = spare;
-}
-
-void station_free_records(struct station *station)
-{
-    while (station->spare_records != NULL) {
-        struct spare_record *next = station->spare_records->next;
-        free(station->spare_records);
-        station->spare_records = next;
-    }
-}
-
-void station_watch_uuid(struct station *station, struct uuid_watch *watch)
-{
-    watch->stored = false;
-    watch->next = station->watched;
-    station->watched = watch;
-}
-
-void station_unwatch_uuid(struct station *station, const struct uuid_watch *watch)
-{
-    struct uuid_watch **at = &station->watched;
-    while (*at != NULL && *at != watch)
-        at = &(*at)->next;
-    if (*at != NULL)
-        *at = watch->next;
-}
-
-static void note_stored(struct station *station, const char *uuid)
-{
-    for (struct uuid_watch *watch = station->watched; watch != NULL; watch = watch->next)
-        watch->stored = watch->stored || strcmp(watch->uuid, uuid) == 0;
-}
-
-void station_tell_record(struct station *station, const struct store_record *record)
-{
-    char data[STORE_UUID_SIZE + 64];
-    if (++station->counters.records % RECORDS_PER_CHECK == 0 && station->housekeeping != NULL)
-        housekeeping_look_at_wal(station->housekeeping);
-    if (record->seq > station->store.last_seq)
-        station->store.last_seq = record->seq;
-    note_stored(station, record->uuid);
-    snprintf(data, sizeof data, "{\"id\":\"%s\",\"seq\":%" PRId64 "}", record->id, record->seq);
-    station_tell_text(station, EVENT_STORE, "record", data);
 }

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "json/memory.h"
+#include "station/station_store.h"
 #include "tests/station/scarce_tools.h"
 #include "tests/station/station_tools.h"
 #include "tests/support/no_memory.h"

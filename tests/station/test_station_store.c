@@ -1,5 +1,6 @@
 /* test_station_store.c - how the store stands, as a station's loop knows and tells it: what a write
  * has shown, and a WAL beyond its limit. */
+#include "station/station_store.h"
 #include "tests/station/station_tools.h"
 
 static struct visitor visitor;
