@@ -147,8 +147,7 @@ void store_reader_interrupt(struct store_reader *reader)
     sqlite3_interrupt(reader->db);
 }
 
-/* ---- one row at a time ------------------------------------------------------------------------
- */
+/* ---- one row at a time -------------------------------------------------------------- */
 
 enum status store_reader_step(struct store_reader *reader, sqlite3_stmt *query)
 {

@@ -303,8 +303,7 @@ enum status store_add_subject(struct store *store, struct store_subject *subject
     return STATUS_OK;
 }
 
-/* ---- the rest ----------------------------------------------------------------------------------
- */
+/* ---- the rest ----------------------------------------------------------------------- */
 
 enum status store_audit(struct store *store, const char *who, const char *action,
                         const char *entity)

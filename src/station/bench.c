@@ -209,8 +209,7 @@ struct store_instrument bench_instrument(const struct bench *bench)
     return instrument;
 }
 
-/* ---- refusals -----------------------------------------------------------------------------------
- */
+/* ---- refusals ----------------------------------------------------------------------- */
 
 struct refusal bench_refusal(const struct driver_error *error)
 {

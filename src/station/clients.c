@@ -372,8 +372,7 @@ static int on_accept(sd_event_source *source, int listener, uint32_t events, voi
     return 0;
 }
 
-/* ---- all of them ------------------------------------------------------------------------------
- */
+/* ---- all of them -------------------------------------------------------------------- */
 
 enum status clients_open(const struct clients_settings *settings, struct clients **ret)
 {

@@ -242,8 +242,7 @@ struct hello {
 };
 enum status protocol_hello(const struct hello *hello, struct line *ret);
 
-/* ---- for clients --------------------------------------------------------------------------------
- */
+/* ---- for clients -------------------------------------------------------------------- */
 
 /* A request as a line; params is given away, NULL: none.  STATUS_RANGE, STATUS_FORMAT and
  * STATUS_NO_MEMORY as above. */

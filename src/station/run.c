@@ -165,8 +165,7 @@ static void store(struct run *run)
     writer_ask(run->bench->station->writer, &run->write);
 }
 
-/* ---- matched ----------------------------------------------------------------------------------
- */
+/* ---- matched ------------------------------------------------------------------------ */
 
 static void match_with(struct run *run)
 {

@@ -159,8 +159,7 @@ static const struct format formats[] = {
     { "notes", is_notes, "text without control characters but line feeds and tabs" },
 };
 
-/* ---- compiling --------------------------------------------------------------------------------
- */
+/* ---- compiling ---------------------------------------------------------------------- */
 
 struct compiler {
     const cJSON *defs;

@@ -144,8 +144,7 @@ void serve_instrument_configure(struct station *station, struct client *client,
     bench_ask(bench, &work->unit);
 }
 
-/* ---- calibrate ---------------------------------------------------------------------------------
- */
+/* ---- calibrate ---------------------------------------------------------------------- */
 
 static void refuse_calibration(struct work *work)
 {

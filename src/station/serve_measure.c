@@ -248,8 +248,7 @@ void serve_measure_start(struct station *station, struct client *client, struct 
     reading_ask(reading, station->reader);
 }
 
-/* ---- the one that runs --------------------------------------------------------------------------
- */
+/* ---- the one that runs -------------------------------------------------------------- */
 
 /* That of the request's lease and uuid; NULL, and the ticket refused. */
 static struct run *run_of(struct station *station, struct client *client,

@@ -279,8 +279,7 @@ static void *work(void *context)
     return NULL;
 }
 
-/* ---- the thread --------------------------------------------------------------------------------
- */
+/* ---- the thread --------------------------------------------------------------------- */
 
 enum status writer_open(struct store_claim *claim, struct inbox *inbox, struct writer **ret)
 {

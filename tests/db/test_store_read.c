@@ -327,8 +327,7 @@ static void test_not_found(void)
     free(got);
 }
 
-/* ---- interruption -----------------------------------------------------------------------------
- */
+/* ---- interruption ------------------------------------------------------------------- */
 
 static int interrupt_later(void *context)
 {
@@ -381,8 +380,7 @@ static void test_interrupted(void)
     TEST_ASSERT_EQUAL_INT64(100, report.records);
 }
 
-/* ---- files that will not do ---------------------------------------------------------------------
- */
+/* ---- files that will not do --------------------------------------------------------- */
 
 static void test_no_file_and_older_files(void)
 {

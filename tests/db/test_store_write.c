@@ -329,8 +329,7 @@ static void test_strange_numbers(void)
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, store_verify(reader, &report), report.what);
 }
 
-/* ---- what does not fit -------------------------------------------------------------------------
- */
+/* ---- what does not fit -------------------------------------------------------------- */
 
 static void no_band(void)
 {

@@ -491,8 +491,7 @@ static void test_files_too_large(void)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error.text, "more than 100000 spectra"), error.text);
 }
 
-/* ---- calibration -------------------------------------------------------------------------------
- */
+/* ---- calibration -------------------------------------------------------------------- */
 
 static void test_white_is_due_after_some_shots(void)
 {

@@ -18,8 +18,7 @@ void tearDown(void)
     answer_tear_down();
 }
 
-/* ---- recompute --------------------------------------------------------------------------------
- */
+/* ---- recompute ---------------------------------------------------------------------- */
 
 static void colour_and_match(struct loaded_table *table, enum match_by by)
 {

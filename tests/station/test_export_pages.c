@@ -23,8 +23,7 @@ void tearDown(void)
     export_tear_down();
 }
 
-/* ---- pages ------------------------------------------------------------------------------------
- */
+/* ---- pages -------------------------------------------------------------------------- */
 
 /* Records of all sizes, some that CGATS leaves out. */
 static void add_some(int n)
@@ -186,8 +185,7 @@ static void test_ranges(void)
     }
 }
 
-/* ---- failures ----------------------------------------------------------------------------------
- */
+/* ---- failures ----------------------------------------------------------------------- */
 
 static void check_fails(enum export_format format, enum status expect)
 {

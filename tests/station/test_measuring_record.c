@@ -153,8 +153,7 @@ static void test_no_raw(void)
     }
 }
 
-/* ---- redness ----------------------------------------------------------------------------------
- */
+/* ---- redness ------------------------------------------------------------------------ */
 
 /* Blood is pressed out from shot to shot: its dip at 540..580 nm fills. */
 static void shoot_with_dip(double depth)

@@ -261,8 +261,7 @@ static void test_a_button_that_fails(void)
     TEST_ASSERT_EQUAL_INT(0, heard.lost);
 }
 
-/* ---- the status in between --------------------------------------------------------------------
- */
+/* ---- the status in between ---------------------------------------------------------- */
 
 static void test_status_follows_a_shot_where_it_differs(void)
 {

@@ -252,8 +252,7 @@ static void test_a_job_between_idling_and_its_simulated_wait(void)
     check_a_job_just_before_a_wait(&simulated_driver, "speed=5");
 }
 
-/* ---- closing ----------------------------------------------------------------------------------
- */
+/* ---- closing ------------------------------------------------------------------------ */
 
 static void test_close_takes_null(void)
 {

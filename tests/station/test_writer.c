@@ -273,8 +273,7 @@ static void test_upkeep_does_not_count(void)
     TEST_ASSERT_EQUAL_INT64(0, writer_look(writer).longest_us);
 }
 
-/* ---- when it cannot ----------------------------------------------------------------------------
- */
+/* ---- when it cannot ----------------------------------------------------------------- */
 
 static void test_damaged_until_begun_anew(void)
 {
