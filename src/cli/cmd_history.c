@@ -110,20 +110,11 @@ struct tail {
     cJSON *records; /* [n] */
 };
 
-static void print_record(struct tail *tail, cJSON *record)
+static void add(void *context, cJSON *record)
 {
-    if (tail->out.format == OUT_PLAIN) {
-        record_out_line(record);
-        cJSON_Delete(record);
-    } else {
-        out_object(&tail->out, record);
-    }
-}
-
-static void add(struct tail *tail, cJSON *record)
-{
+    struct tail *tail = context;
     if (tail->limit == 0) {
-        print_record(tail, record);
+        out_item(&tail->out, record, record_out_line);
         return;
     }
     cJSON_AddItemToArray(tail->records, record);
@@ -137,7 +128,7 @@ static void print_tail(struct tail *tail)
 {
     cJSON *record;
     while ((record = cJSON_DetachItemFromArray(tail->records, 0)) != NULL)
-        print_record(tail, record);
+        out_item(&tail->out, record, record_out_line);
     cJSON_Delete(tail->records);
 }
 
@@ -162,16 +153,13 @@ static bool read_pages(struct remote *remote, const struct arguments *a, struct 
     if (!more)
         return false;
     while (more) {
-        cJSON *record, *params = cJSON_CreateObject();
+        cJSON *params = cJSON_CreateObject();
         cJSON_AddNumberToObject(params, "since_seq", (double)since);
         if (a->subject != NULL)
             cJSON_AddStringToObject(params, "subject", a->subject);
-        cJSON *page = remote_ask(remote, METHOD_RECORD_LIST, params);
+        cJSON *page = remote_page(remote, METHOD_RECORD_LIST, params, "records", add, tail);
         if (page == NULL)
             return false;
-        cJSON *records = cJSON_GetObjectItemCaseSensitive(page, "records");
-        while ((record = cJSON_DetachItemFromArray(records, 0)) != NULL)
-            add(tail, record);
         since = member_integer(page, "next_seq");
         more = member_true(page, "more");
         cJSON_Delete(page);

@@ -36,24 +36,20 @@ static void print_subject(const cJSON *subject)
     putchar('\n');
 }
 
+static void take_subject(void *context, cJSON *subject)
+{
+    out_item(context, subject, print_subject);
+}
+
 /* A page; `next` of it, "" after the last.  False: logged. */
 static bool print_page(struct remote *remote, struct out *out, char next[64])
 {
-    cJSON *one, *params = cJSON_CreateObject();
+    cJSON *params = cJSON_CreateObject();
     if (*next != '\0')
         cJSON_AddStringToObject(params, "after", next);
-    cJSON *page = remote_ask(remote, METHOD_SUBJECT_LIST, params);
+    cJSON *page = remote_page(remote, METHOD_SUBJECT_LIST, params, "subjects", take_subject, out);
     if (page == NULL)
         return false;
-    cJSON *subjects = cJSON_GetObjectItemCaseSensitive(page, "subjects");
-    while ((one = cJSON_DetachItemFromArray(subjects, 0)) != NULL) {
-        if (out->format != OUT_PLAIN) {
-            out_object(out, one);
-        } else {
-            print_subject(one);
-            cJSON_Delete(one);
-        }
-    }
     snprintf(next, 64, "%s", member_text(page, "next"));
     cJSON_Delete(page);
     return true;

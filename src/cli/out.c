@@ -40,6 +40,16 @@ void out_object(struct out *out, cJSON *object)
     cJSON_Delete(object);
 }
 
+void out_item(struct out *out, cJSON *object, void (*print)(const cJSON *object))
+{
+    if (out->format != OUT_PLAIN) {
+        out_object(out, object);
+        return;
+    }
+    print(object);
+    cJSON_Delete(object);
+}
+
 void out_one(cJSON *object)
 {
     struct out out;

@@ -30,6 +30,9 @@ void out_of_memory(void) __attribute__((noreturn));
 /* Print an object and delete it.  NULL (no memory for it) ends the program. */
 void out_object(struct out *out, cJSON *object);
 
+/* The same, but where the format is plain by print(). */
+void out_item(struct out *out, cJSON *object, void (*print)(const cJSON *object));
+
 /* One object on a line, or the objects of an array; deleted. */
 void out_one(cJSON *object);
 void out_all(enum out_format format, cJSON *array);

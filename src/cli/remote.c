@@ -276,6 +276,16 @@ cJSON *remote_ask(struct remote *r, enum method method, cJSON *params)
     return result;
 }
 
+cJSON *remote_page(struct remote *r, enum method method, cJSON *params, const char *list,
+                   void (*take)(void *context, cJSON *item), void *context)
+{
+    cJSON *page = remote_ask(r, method, params), *item;
+    cJSON *items = cJSON_GetObjectItemCaseSensitive(page, list);
+    while ((item = cJSON_DetachItemFromArray(items, 0)) != NULL)
+        take(context, item);
+    return page;
+}
+
 cJSON *remote_subscribe(struct remote *r, unsigned topics, int64_t since_seq)
 {
     cJSON *params = cJSON_CreateObject(), *names = cJSON_AddArrayToObject(params, "topics");

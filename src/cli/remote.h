@@ -31,7 +31,12 @@ const cJSON *remote_session(const struct remote *remote); /* result of session.o
  * store. */
 cJSON *remote_ask(struct remote *remote, enum method method, cJSON *params);
 
-/* The same without a time limit, for what depends on people and instruments, and for those
+/* A page of a list: the items of its member `list`, in order, to take(), whose they are then.
+ * The result without them, which tells where the next page begins; NULL as above. */
+cJSON *remote_page(struct remote *remote, enum method method, cJSON *params, const char *list,
+                   void (*take)(void *context, cJSON *item), void *context);
+
+/* As remote_ask() without a time limit, for what depends on people and instruments, and for those
  * who look at the reason: *ret is the reply, whether result or error.  False where there is
  * none. */
 bool remote_try(struct remote *remote, enum method method, cJSON *params, struct answer *ret);
