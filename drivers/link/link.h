@@ -80,6 +80,7 @@ struct link_usb_model {
 struct link_usb {
     const struct link_usb_model *models; /* ends with vid 0: what else may not be opened */
     uint8_t interface;
+    uint16_t *pid; /* which of the models it was; untouched where the link cannot tell.  NULL */
 };
 
 /* What a driver asks for. */

@@ -116,6 +116,7 @@ static enum driver_result pick_device(const struct link_wanted *wanted, libusb_d
 {
     struct sought sought;
     libusb_device *found = NULL;
+    uint16_t pid = 0;
     if (!parse_address(wanted->address, &sought))
         return driver_fail(error, DRIVER_UNSUPPORTED, NULL,
                            "'%s' is no address: give usb, usb:VID:PID (four hex digits each) or "
@@ -135,14 +136,18 @@ static enum driver_result pick_device(const struct link_wanted *wanted, libusb_d
                                wanted->address, d.idVendor, d.idProduct);
         if (may_open && found != NULL)
             return fail_two(found, *list, wanted->address, error);
-        if (may_open)
+        if (may_open) {
             found = *list;
+            pid = d.idProduct;
+        }
     }
     if (found == NULL)
         return driver_fail(error, DRIVER_GONE, NULL,
                            "no instrument at '%s': connect it and switch it on; lsusb shows what "
                            "is connected",
                            wanted->address);
+    if (wanted->usb->pid != NULL)
+        *wanted->usb->pid = pid;
     *ret = found;
     return DRIVER_OK;
 }
