@@ -3,10 +3,12 @@
 
 #include <string.h>
 
+#include "drivers/ocean_ooi/ocean_ooi.h"
 #include "drivers/simulated/simulated.h"
 
 const struct driver *const driver_registry[] = {
     &simulated_driver,
+    &ocean_ooi_driver,
     NULL,
 };
 

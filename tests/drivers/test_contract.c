@@ -4,7 +4,9 @@
 #include <string.h>
 
 #include "drivers/registry.h"
+#include "drivers/ocean_ooi/ocean_ooi.h"
 #include "drivers/simulated/simulated.h"
+#include "tests/support/ocean_bench.h"
 #include "unity.h"
 
 /* ---- how to have each instrument ----------------------------------------------------- */
@@ -24,10 +26,42 @@ static void tear_down_simulated(void)
 {
 }
 
+static struct ocean_bench ocean;
+
+static const char *set_up_ocean(enum contract_situation situation)
+{
+    /* A lamp so weak that white takes 200 ms, and a reading three times that. */
+    const char *options =
+        situation == CONTRACT_TAKES_TIME ? "under=black,lamp=0.08,noise=0" : "under=black,delays=0";
+    ocean_bench_make(&ocean, &sim_usb2000, options);
+    ocean.hands = true;
+    if (situation == CONTRACT_SILENT)
+        (void)wire_memory_act(ocean.memory, "fault mute");
+    if (situation == CONTRACT_FALLS_SILENT)
+        ocean.silent_measure = 2;
+    return ocean_bench_address();
+}
+
+static void tear_down_ocean(void)
+{
+    ocean_bench_free(&ocean);
+    ocean_bench_clean();
+}
+
+static const struct link_source *wire_ocean(void)
+{
+    return &ocean.source;
+}
+
 static const struct contract_fixture fixtures[] = {
     { .driver = &simulated_driver,
       .set_up = set_up_simulated,
       .tear_down = tear_down_simulated,
+      .deterministic = true },
+    { .driver = &ocean_ooi_driver,
+      .set_up = set_up_ocean,
+      .tear_down = tear_down_ocean,
+      .wire = wire_ocean,
       .deterministic = true },
 };
 enum { FIXTURES = sizeof fixtures / sizeof *fixtures };
