@@ -26,7 +26,8 @@
  *   line=0|1         0: the lamp is not switched by the lamp line, but always on (1)
  *   drift=X          percent that the lamp's light rises in a minute; it stays after ten (0)
  *   substitution=F   share of the sphere that the port is: what lies there changes the light
- *                    in the whole sphere by its mean reflectance 400..700 nm; 0 .. 0.3 (0)
+ *                    in the whole sphere, at each wavelength by its reflectance there;
+ *                    0 .. 0.3 (0)
  *   level=N          saturation level of slot 17; 0: none is set (60000; 14 bits: 0)
  *   temperature=C    of the board (31.5)
  *

@@ -72,28 +72,19 @@ static double lamp_and_detector(double nm)
     return photons / 1.45 * bell(nm, 560, 180);
 }
 
-static double mean_reflectance(const struct ocean_scene *scene)
-{
-    double sum = 0;
-    size_t n = 0;
-    for (double nm = 400; nm <= 700; nm += 10, n++)
-        sum += ocean_scene_reflectance(scene, nm);
-    return sum / (double)n;
-}
-
-/* Light in a sphere goes as 1 / (1 - mean reflectance of all its surface); relative to a port as
- * white as the wall. */
-static double sphere(const struct ocean_scene *scene)
+/* Light of a wavelength in a sphere goes as 1 / (1 - mean reflectance of all its surface at
+ * that wavelength); relative to a port as white as the wall. */
+static double sphere(const struct ocean_scene *scene, double nm)
 {
     if (scene->substitution == 0)
         return 1;
     double f = scene->substitution;
-    double all = (1 - f) * wall_reflectance + f * mean_reflectance(scene);
+    double all = (1 - f) * wall_reflectance + f * ocean_scene_reflectance(scene, nm);
     return (1 - wall_reflectance) / (1 - all);
 }
 
 double ocean_scene_light(const struct ocean_scene *scene, double nm)
 {
-    return brightest * scene->lamp * lamp_and_detector(nm) * sphere(scene) *
+    return brightest * scene->lamp * lamp_and_detector(nm) * sphere(scene, nm) *
            (ocean_scene_reflectance(scene, nm) + wall_share);
 }
