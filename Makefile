@@ -72,13 +72,14 @@ test: need-test all $(tests) $(simhost) $(tables) ## all tests
 	@BUILD=$(BUILD) tools/run-tests $(tests)
 
 FUZZ_SECONDS ?= 60
-fuzzed := protocol session
-test-fuzz: need-fuzz ## random lines and sessions against the station for FUZZ_SECONDS (60)
+fuzzed := protocol session ocean_ooi
+test-fuzz: need-fuzz ## random lines and sessions against the station and drivers for FUZZ_SECONDS (60)
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/fuzz CC=clang CFLAGS='-O1 -g -fno-omit-frame-pointer' \
 	    EXTRA='-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all' \
 	    $(patsubst %,$(BUILD)/fuzz/fuzz_%,$(fuzzed))
 	@tools/protocol-docs --seeds $(BUILD)/fuzz/seeds-protocol --sessions $(BUILD)/fuzz/seeds-session \
 	    --dictionary $(BUILD)/fuzz/protocol.dict
+	@python3 -B tests/fuzz/seeds_ocean_ooi.py $(BUILD)/fuzz/seeds-ocean_ooi
 	@tools/run-fuzzers $(BUILD)/fuzz $(FUZZ_SECONDS) $(fuzzed)
 
 KILLS ?= 500
