@@ -1,56 +1,34 @@
 /* table_build.c - rows computed a chunk at a time on all cores, inserted in order
  * in one transaction, hashed on the way. */
-#define _GNU_SOURCE /* renameat2 */
 #include "db/table_build.h"
 
 #include <errno.h>
 #include <fcntl.h>
-#include <inttypes.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/log.h"
+#include "base/new_name.h"
 #include "db/sql.h"
 #include "db/table_file.h"
 #include "db/table_hash.h"
 #include "db/table_schema.h"
 
-enum { CHUNK_ROWS = 8192, PATH_SIZE = 4096 };
+enum { CHUNK_ROWS = 8192 };
 
 struct build {
     const char *path;
     const struct recipe *recipe;
     const struct table_build_options *options;
-    char temporary[PATH_SIZE];
+    char temporary[NEW_NAME_SIZE];
     sqlite3 *db;
     sqlite3_stmt *insert, *insert_lab;
     struct table chunk;
     struct table_content_hash content;
 };
-
-/* ".NAME.RANDOM.tmp" beside the target: same file system, hidden, and nobody
- * else's, not even that of a process with our number in another container. */
-static enum status name_temporary(struct build *b)
-{
-    const char *slash = strrchr(b->path, '/');
-    int folder = slash != NULL ? (int)(slash + 1 - b->path) : 0;
-    uint64_t random;
-    if (getrandom(&random, sizeof random, 0) != (ssize_t)sizeof random)
-        return STATUS_IO;
-    int n = snprintf(b->temporary, sizeof b->temporary, "%.*s.%s.%016" PRIx64 ".tmp", folder,
-                     b->path, b->path + folder, random);
-    if (n < 0 || (size_t)n >= sizeof b->temporary || b->path[folder] == '\0') {
-        log_error("'%s' is not a file name", b->path);
-        b->temporary[0] = '\0';
-        return STATUS_IO;
-    }
-    return STATUS_OK;
-}
 
 static const char *what_to_do(int error)
 {
@@ -95,10 +73,15 @@ static enum status check_target(const struct build *b)
 static enum status claim(struct build *b)
 {
     enum status s = check_target(b);
-    if (s == STATUS_OK)
-        s = name_temporary(b);
     if (s != STATUS_OK)
         return s;
+    s = new_name_make(b->path, b->temporary);
+    if (s != STATUS_OK) {
+        log_error("cannot write '%s': %s", b->path,
+                  s == STATUS_RANGE ? "it is not a file name" : status_text(s));
+        b->temporary[0] = '\0';
+        return STATUS_IO;
+    }
     int fd = open(b->temporary, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644);
     if (fd < 0) {
         s = sql_errno_status(errno);
@@ -230,21 +213,9 @@ static void close_database(struct build *b)
     table_done(&b->chunk);
 }
 
-/* Give the finished file its name, without replacing anything unasked. */
-static int take_name(const struct build *b)
-{
-    unsigned flags = b->options->overwrite ? 0 : RENAME_NOREPLACE;
-    if (renameat2(AT_FDCWD, b->temporary, AT_FDCWD, b->path, flags) == 0)
-        return 0;
-    /* Some file systems cannot promise that; a second name can be had on most. */
-    if (errno != EINVAL || flags == 0 || link(b->temporary, b->path) != 0)
-        return -1;
-    return unlink(b->temporary);
-}
-
 static void sync_folder(const char *path)
 {
-    char folder[PATH_SIZE];
+    char folder[NEW_NAME_SIZE];
     const char *slash = strrchr(path, '/');
     snprintf(folder, sizeof folder, "%.*s", slash != NULL ? (int)(slash + 1 - path) : 1,
              slash != NULL ? path : ".");
@@ -265,7 +236,7 @@ static enum status seal_and_name(const struct build *b)
         s = sql_errno_status(errno);
     if (fd >= 0)
         close(fd);
-    if (s == STATUS_OK && take_name(b) != 0) {
+    if (s == STATUS_OK && new_name_take(b->temporary, b->path, b->options->overwrite) != 0) {
         if (errno == EEXIST) /* made by somebody else meanwhile */
             return exists(b->path);
         s = sql_errno_status(errno);

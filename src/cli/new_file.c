@@ -1,5 +1,4 @@
 /* new_file.c - a temporary file beside the target, renamed at the end. */
-#define _GNU_SOURCE /* renameat2 */
 #include "cli/new_file.h"
 
 #include <errno.h>
@@ -9,7 +8,6 @@
 #include <unistd.h>
 
 #include "base/log.h"
-#include "base/uuid.h"
 
 static enum status failed(const char *path, int error)
 {
@@ -19,19 +17,6 @@ static enum status failed(const char *path, int error)
     }
     log_error("cannot write %s: %s", path, strerror(error));
     return STATUS_IO;
-}
-
-/* ".NAME.RANDOM.tmp" beside the target: the same file system, and nobody else's. */
-static bool name_temporary(struct new_file *f)
-{
-    char random[UUID_TEXT_SIZE];
-    const char *slash = strrchr(f->path, '/');
-    int folder = slash != NULL ? (int)(slash + 1 - f->path) : 0;
-    if (uuid4_make(random) != STATUS_OK)
-        return false;
-    int n = snprintf(f->temporary, sizeof f->temporary, "%.*s.%s.%s.tmp", folder, f->path,
-                     f->path + folder, random);
-    return n > 0 && (size_t)n < sizeof f->temporary;
 }
 
 enum status new_file_begin(const char *path, bool overwrite, struct new_file *ret)
@@ -47,8 +32,12 @@ enum status new_file_begin(const char *path, bool overwrite, struct new_file *re
         if (!overwrite)
             return failed(path, EEXIST);
     }
-    if (!name_temporary(&f))
-        return failed(path, ENAMETOOLONG);
+    enum status s = new_name_make(path, f.temporary);
+    if (s != STATUS_OK) {
+        log_error("cannot write %s: %s", path,
+                  s == STATUS_RANGE ? "it is not a file name" : status_text(s));
+        return STATUS_IO;
+    }
     int fd = open(f.temporary, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644);
     if (fd < 0)
         return failed(path, errno);
@@ -62,18 +51,6 @@ enum status new_file_begin(const char *path, bool overwrite, struct new_file *re
     return STATUS_OK;
 }
 
-/* Without replacing anything unasked; some file systems cannot promise that by a rename, but
- * a second name can be had on most. */
-static int take_name(const struct new_file *f)
-{
-    unsigned flags = f->overwrite ? 0 : RENAME_NOREPLACE;
-    if (renameat2(AT_FDCWD, f->temporary, AT_FDCWD, f->path, flags) == 0)
-        return 0;
-    if (errno != EINVAL || flags == 0 || link(f->temporary, f->path) != 0)
-        return -1;
-    return unlink(f->temporary);
-}
-
 enum status new_file_end(struct new_file *f, bool keep)
 {
     enum status s = STATUS_OK;
@@ -82,7 +59,7 @@ enum status new_file_end(struct new_file *f, bool keep)
     if (keep && (fflush(f->stream) != 0 || fsync(fileno(f->stream)) != 0 || failed_before))
         s = failed(f->path, errno != 0 ? errno : EIO);
     fclose(f->stream);
-    if (keep && s == STATUS_OK && take_name(f) != 0)
+    if (keep && s == STATUS_OK && new_name_take(f->temporary, f->path, f->overwrite) != 0)
         s = failed(f->path, errno);
     if (!keep || s != STATUS_OK)
         unlink(f->temporary);

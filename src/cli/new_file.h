@@ -5,15 +5,14 @@
 #include <stdbool.h>
 #include <stdio.h>
 
+#include "base/new_name.h"
 #include "base/status.h"
-
-enum { NEW_FILE_PATH_SIZE = 4096 };
 
 struct new_file {
     const char *path;
     bool overwrite;
     FILE *stream; /* write here */
-    char temporary[NEW_FILE_PATH_SIZE];
+    char temporary[NEW_NAME_SIZE];
 };
 
 /* Without overwrite an existing file is refused, at once and again at the end; what is no
