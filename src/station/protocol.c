@@ -59,7 +59,7 @@ enum { MAX_EVENT_TYPES = 16 };
 struct method_rules {
     struct schema *params, *result;
     enum right right;
-    bool session, lease;
+    bool session;
 };
 
 struct event_rules {
@@ -137,9 +137,8 @@ static enum status read_methods(struct protocol *p)
         struct method_rules *m = &p->methods[i++];
         const char *right = cJSON_GetStringValue(strict_json_member(one, "right"));
         size_t r = find_name(right_names, RIGHTS, right != NULL ? right : "");
-        if (r == RIGHTS || !read_flag(one, "session", &m->session) ||
-            !read_flag(one, "lease", &m->lease))
-            return bad_member(one, "right, session or lease");
+        if (r == RIGHTS || !read_flag(one, "session", &m->session))
+            return bad_member(one, "right or session");
         m->right = (enum right)r;
         enum status s = compile(p, one, "params", false, &m->params);
         if (s == STATUS_OK)
@@ -401,7 +400,6 @@ static bool read_method(const struct protocol *p, struct request *r, struct refu
     r->method = (enum method)i;
     r->right = p->methods[i].right;
     r->needs_session = p->methods[i].session;
-    r->needs_lease = p->methods[i].lease;
     return true;
 }
 

@@ -181,10 +181,10 @@ struct request_id {
 struct request {
     struct request_id id;
     enum method method;
-    enum right right;                /* the least that may */
-    bool needs_session, needs_lease; /* a lease: params has the member */
-    const cJSON *params;             /* checked; an object, empty where absent */
-    cJSON *tree;                     /* what owns params */
+    enum right right; /* the least that may */
+    bool needs_session;
+    const cJSON *params; /* checked; an object, empty where absent */
+    cJSON *tree;         /* what owns params */
 };
 
 /* Why not. */

@@ -72,6 +72,10 @@ class ProtocolDocs(unittest.TestCase):
                 self.assertIn(reason, self.doc["errors"], name)
             self.assertEqual(len(set(m["errors"])), len(m["errors"]), name)
 
+    def test_what_needs_a_lease_carries_it(self):
+        for name, m in self.doc["methods"].items():
+            self.assertEqual(m["lease"], "lease" in m["params"].get("required", []), name)
+
     def test_what_an_instrument_says_is_listed(self):
         """What bench.c makes of a driver's errors, for all methods that ask the instrument."""
         with open(os.path.join(ROOT, "src", "station", "bench.c"), encoding="utf-8") as file:
