@@ -51,11 +51,6 @@ static size_t kind_of(const char *action)
     return k;
 }
 
-bool audit_is_about_rows(const char *action)
-{
-    return kind_of(action) < AUDIT_KINDS;
-}
-
 /* A value that could not be had for want of memory was taken as empty. */
 static bool out_of_memory(sqlite3_stmt *row)
 {

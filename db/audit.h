@@ -44,7 +44,6 @@
 #define AUDIT_INSTRUMENT "instrument.add"
 #define AUDIT_CALIBRATION "calibration.add"
 #define AUDIT_MEASUREMENT "measurement.add"
-bool audit_is_about_rows(const char *action);
 
 enum { AUDIT_KINDS = 6, AUDIT_ROWS_EACH = 2 };
 

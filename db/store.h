@@ -216,11 +216,6 @@ enum status store_forget_subject(struct store *store, const char *subject_id, co
  * *erased: nothing is left. */
 enum status store_finish_erasing(struct store *store, bool *erased);
 
-/* Anything else worth an audit row: who did what to which id.  STATUS_RANGE for an
- * action that the store itself writes (db/audit.h). */
-enum status store_audit(struct store *store, const char *who, const char *action,
-                        const char *entity);
-
 /* Client uuids older than 30 days are dropped, except that their records stay, and so
  * do the newest 1 000 uuids: a clock that steps must not make a second reading of a
  * retry. */

@@ -305,20 +305,6 @@ enum status store_add_subject(struct store *store, struct store_subject *subject
 
 /* ---- the rest ----------------------------------------------------------------------- */
 
-enum status store_audit(struct store *store, const char *who, const char *action,
-                        const char *entity)
-{
-    struct stamp stamp;
-    if (*action == '\0' || audit_is_about_rows(action))
-        return refuse(store, "action", STATUS_RANGE);
-    enum status s = store_job_begin(store);
-    if (s != STATUS_OK)
-        return s;
-    stamp_time(store, &stamp);
-    return store_job_end(store, "keep an audit row",
-                         audit_append(&store->audit, stamp.at, who, action, entity));
-}
-
 enum status store_highest_fence(struct store *store, int64_t *ret)
 {
     enum status s = find_key(store->statement[SQL_HIGHEST_FENCE], ret);

@@ -124,10 +124,8 @@ static enum status run_in_group(struct store *store, struct write_job *job)
         return store_add_record(store, job->record, &job->known);
     case WRITE_CALIBRATION:
         return store_add_calibration(store, &job->calibration);
-    case WRITE_SUBJECT:
-        return store_add_subject(store, job->subject, job->who);
     default:
-        return store_audit(store, job->who, job->audit.action, job->audit.entity);
+        return store_add_subject(store, job->subject, job->who);
     }
 }
 

@@ -18,7 +18,6 @@ enum write_kind {
     WRITE_RECORD,
     WRITE_CALIBRATION,
     WRITE_SUBJECT,
-    WRITE_AUDIT,
     /* Alone, between groups. */
     WRITE_OPEN, /* open the store, or see whether it can be written: `opened` out */
     WRITE_FORGET,
@@ -36,10 +35,6 @@ struct write_job {
         struct store_record *record; /* borrowed until done() */
         struct store_calibration calibration;
         struct store_subject *subject; /* borrowed; FORGET reads its id alone */
-        struct {
-            const char *action; /* a constant */
-            char entity[STORE_UUID_SIZE];
-        } audit;
         struct {
             char station_id[STORE_UUID_SIZE];
         } opened;

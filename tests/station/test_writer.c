@@ -218,14 +218,13 @@ static void test_fences_are_reserved(void)
     free(record.record);
 }
 
-static void test_subjects_calibrations_and_audit(void)
+static void test_subjects_and_calibrations(void)
 {
     struct store_subject subject = { .name = "Ada" }, nobody = { .id = "no-such" };
     struct write_job job[] = {
         { .kind = WRITE_SUBJECT, .subject = &subject, .who = "Jo, uid 0" },
         { .kind = WRITE_CALIBRATION,
           .calibration = { .instrument = records_instrument(), .step = "white" } },
-        { .kind = WRITE_AUDIT, .audit = { .action = "test.note" }, .who = "Jo" },
         { .kind = WRITE_FINISH_ERASING },
         { .kind = WRITE_PRUNE },
         { .kind = WRITE_FORGET, .subject = &subject, .who = "Jo" },
@@ -238,13 +237,13 @@ static void test_subjects_calibrations_and_audit(void)
         writer_ask(writer, &job[i]);
         drain_until(i + 1);
     }
-    for (size_t i = 0; i < 6; i++)
+    for (size_t i = 0; i < 5; i++)
         TEST_ASSERT_EQUAL_INT(STATUS_OK, job[i].status);
-    TEST_ASSERT_TRUE(job[3].erased && job[5].erased);
+    TEST_ASSERT_TRUE(job[2].erased && job[4].erased);
     TEST_ASSERT_EQUAL_size_t(36, strlen(job[1].calibration.id));
-    TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, job[6].status);
-    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_NOT_FOUND, job[7].status, "a sound store");
-    TEST_ASSERT_EQUAL_size_t_MESSAGE(36, strlen(job[7].opened.station_id), "which is told of");
+    TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, job[5].status);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_NOT_FOUND, job[6].status, "a sound store");
+    TEST_ASSERT_EQUAL_size_t_MESSAGE(36, strlen(job[6].opened.station_id), "which is told of");
 }
 
 /* The station's own jobs, asked for while nobody wants anything. */
@@ -253,7 +252,9 @@ static void test_upkeep_does_not_count(void)
     static const enum write_kind kinds[] = { WRITE_OPEN, WRITE_OPEN, WRITE_FINISH_ERASING,
                                              WRITE_PRUNE, WRITE_RESTART_WAL };
     enum { KINDS = sizeof kinds / sizeof *kinds };
-    struct write_job job[KINDS + 1], audit = { .kind = WRITE_AUDIT, .job.done = count };
+    struct store_subject somebody = { .label = "Ada" };
+    struct write_job job[KINDS];
+    struct write_job add = { .kind = WRITE_SUBJECT, .job.done = count, .subject = &somebody };
     for (size_t i = 0; i < KINDS; i++) {
         job[i] = (struct write_job){ .kind = kinds[i], .job.done = count };
         writer_ask(writer, &job[i]);
@@ -262,8 +263,7 @@ static void test_upkeep_does_not_count(void)
     }
     struct writer_counts counts = writer_look(writer);
     TEST_ASSERT_TRUE(counts.groups == 0 && counts.jobs == 0);
-    audit.audit.action = "test.note";
-    writer_ask(writer, &audit);
+    writer_ask(writer, &add);
     drain_until(KINDS + 1);
     int64_t bytes;
     TRY(store_wal_bytes(folder, &bytes));
@@ -303,7 +303,10 @@ static void test_damaged_until_begun_anew(void)
 
 static enum status ask_alone(enum write_kind kind, bool *moved)
 {
-    struct write_job job = { .kind = kind, .job.done = count, .audit = { .action = "test.note" } };
+    struct store_subject somebody = { .label = "Ada" };
+    struct write_job job = { .kind = kind, .job.done = count };
+    if (kind == WRITE_SUBJECT)
+        job.subject = &somebody;
     writer_ask(writer, &job);
     drain_until(done_n + 1);
     *moved = job.moved;
@@ -318,12 +321,12 @@ static void test_opening_is_tried_again(void)
     TEST_ASSERT_EQUAL_INT(0, mkdir(folder_path(folder, "station.db", path), 0700));
     heard_start();
     TEST_ASSERT_EQUAL_INT(STATUS_IO, ask_alone(WRITE_OPEN, &moved));
-    TEST_ASSERT_EQUAL_INT(STATUS_IO, ask_alone(WRITE_AUDIT, &moved));
+    TEST_ASSERT_EQUAL_INT(STATUS_IO, ask_alone(WRITE_SUBJECT, &moved));
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_IO, ask_alone(WRITE_BEGIN_ANEW, &moved), "no damage");
     heard_stop();
     TEST_ASSERT_FALSE(moved);
     TEST_ASSERT_EQUAL_INT(0, rmdir(path));
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, ask_alone(WRITE_AUDIT, &moved));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, ask_alone(WRITE_SUBJECT, &moved));
 }
 
 /* No empty file is made in its place, and nothing is lost when it comes back. */
@@ -331,7 +334,7 @@ static void test_moved_is_not_begun_anew(void)
 {
     char path[FOLDER_PATH_SIZE], elsewhere[FOLDER_PATH_SIZE];
     bool moved;
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, ask_alone(WRITE_AUDIT, &moved));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, ask_alone(WRITE_SUBJECT, &moved));
     folder_path(folder, "station.db", path);
     TEST_ASSERT_EQUAL_INT(0, rename(path, folder_path(folder, "elsewhere", elsewhere)));
     heard_start();
@@ -371,7 +374,7 @@ int main(void)
     RUN_TEST(test_retry_is_known);
     RUN_TEST(test_opening_tells_the_id);
     RUN_TEST(test_fences_are_reserved);
-    RUN_TEST(test_subjects_calibrations_and_audit);
+    RUN_TEST(test_subjects_and_calibrations);
     RUN_TEST(test_upkeep_does_not_count);
     RUN_TEST(test_damaged_until_begun_anew);
     RUN_TEST(test_opening_is_tried_again);
