@@ -239,17 +239,22 @@ static void status_changed(void *context, const struct driver_status *status)
 
 static void free_seat(struct seat *seat)
 {
-    struct seat **at = &seat->station->seats;
-    while (*at != seat)
-        at = &(*at)->next;
-    *at = seat->next;
     sd_event_source_disable_unref(seat->timer);
     free(seat);
 }
 
+static void take_away(struct seat *seat)
+{
+    struct seat **at = &seat->station->seats;
+    while (*at != seat)
+        at = &(*at)->next;
+    *at = seat->next;
+    free_seat(seat);
+}
+
 static void say_farewell(struct job *job)
 {
-    free_seat((struct seat *)(void *)((char *)job - offsetof(struct seat, farewell)));
+    take_away((struct seat *)(void *)((char *)job - offsetof(struct seat, farewell)));
 }
 
 static bool end_thread(struct seat *seat, int patience_ms)
@@ -300,7 +305,7 @@ static enum status take_seat(struct station *station, const struct driver *drive
     enum status s = unit_open(driver, &options, &station->inbox, &events, &seat->unit);
     if (s != STATUS_OK) {
         log_error("station: cannot start the thread of an instrument of %s", driver->name);
-        free_seat(seat);
+        take_away(seat);
         return s;
     }
     *ret = seat;
@@ -440,6 +445,9 @@ void seats_close(struct station *station)
 {
     discovery_close(station->discovery);
     station->discovery = NULL;
-    while (station->seats != NULL)
-        free_seat(station->seats);
+    while (station->seats != NULL) {
+        struct seat *seat = station->seats;
+        station->seats = seat->next;
+        free_seat(seat);
+    }
 }
