@@ -30,7 +30,7 @@ cli_c   := $(wildcard src/cli/*.c)
 tests_c := $(wildcard tests/*/test_*.c)
 # What stands for the instruments; wire_memory is the one that needs a driver's link.
 sims_c  := $(filter-out tests/sim/test_%.c tests/sim/wire_memory.c,$(wildcard tests/sim/*.c))
-support_c := $(wildcard tests/support/*.c tests/drivers/contract.c) $(sims_c) $(wildcard tests/sim/wire_memory.c)
+support_c := $(wildcard tests/support/*.c tests/drivers/contract.c tests/drivers/cue.c) $(sims_c) $(wildcard tests/sim/wire_memory.c)
 # What mocks the system's devices for unmodified programs, and the program that does.
 mock_c  := $(wildcard tests/sim/mock/*.c)
 fuzz_c  := $(wildcard tests/fuzz/*.c)

@@ -3,11 +3,13 @@
 
 #include <string.h>
 
+#include "drivers/km_ascii/km_ascii.h"
 #include "drivers/ocean_ooi/ocean_ooi.h"
 #include "drivers/simulated/simulated.h"
 
 const struct driver *const driver_registry[] = {
     &simulated_driver,
+    &km_ascii_driver,
     &ocean_ooi_driver,
     NULL,
 };

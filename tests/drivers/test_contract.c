@@ -3,9 +3,11 @@
 
 #include <string.h>
 
+#include "drivers/km_ascii/km_ascii.h"
 #include "drivers/registry.h"
 #include "drivers/ocean_ooi/ocean_ooi.h"
 #include "drivers/simulated/simulated.h"
+#include "tests/drivers/cue.h"
 #include "tests/support/ocean_bench.h"
 #include "unity.h"
 
@@ -24,6 +26,52 @@ static const char *set_up_simulated(enum contract_situation situation)
 
 static void tear_down_simulated(void)
 {
+}
+
+/* Simulators on a wire in this program. */
+static struct cued_wire wire;
+
+static const struct link_source *wire_source(void)
+{
+    return &wire.source;
+}
+
+static void connect(const struct sim_kind *kind, const char *options, const char *zero)
+{
+    cued_wire_init(&wire, wire_memory_make(kind, options));
+    TEST_ASSERT_NOT_NULL(wire.wire);
+    /* The operator does as he is told. */
+    cue(&wire, zero, CUE_ALWAYS, "place black");
+    cue(&wire, "CAL", CUE_ALWAYS, "place white");
+    cue(&wire, "MES", CUE_ALWAYS, "place skin");
+}
+
+static void disconnect(void)
+{
+    wire_memory_free(wire.wire);
+    wire.wire = NULL;
+}
+
+static const char *set_up_cm700d(enum contract_situation situation)
+{
+    connect(&sim_cm700d, situation == CONTRACT_TAKES_TIME ? "delays=0.65" : "delays=0,samples=3",
+            "ZRC");
+    if (situation == CONTRACT_FALLS_SILENT)
+        cue(&wire, "MES", 2, "fault silence");
+    if (situation == CONTRACT_SILENT)
+        wire_memory_act(wire.wire, "fault silence from 1");
+    return "";
+}
+
+/* Its answer to a shot is the spectrum: it may take as long as that. */
+static const char *set_up_cm2600d(enum contract_situation situation)
+{
+    if (situation == CONTRACT_FALLS_SILENT)
+        return NULL;
+    connect(&sim_cm2600d, situation == CONTRACT_TAKES_TIME ? "delays=0.7" : "delays=0", "UZC");
+    if (situation == CONTRACT_SILENT)
+        wire_memory_act(wire.wire, "fault silence from 1");
+    return "";
 }
 
 static struct ocean_bench ocean;
@@ -57,6 +105,16 @@ static const struct contract_fixture fixtures[] = {
     { .driver = &simulated_driver,
       .set_up = set_up_simulated,
       .tear_down = tear_down_simulated,
+      .deterministic = true },
+    { .driver = &km_ascii_driver,
+      .set_up = set_up_cm700d,
+      .tear_down = disconnect,
+      .wire = wire_source,
+      .deterministic = true },
+    { .driver = &km_ascii_driver,
+      .set_up = set_up_cm2600d,
+      .tear_down = disconnect,
+      .wire = wire_source,
       .deterministic = true },
     { .driver = &ocean_ooi_driver,
       .set_up = set_up_ocean,
@@ -93,7 +151,7 @@ static void test_every_driver_is_under_contract(void)
         TEST_ASSERT_TRUE_MESSAGE(found, d->name);
         TEST_ASSERT_EQUAL_PTR_MESSAGE(d, driver_find(d->name), d->name);
     }
-    TEST_ASSERT_EQUAL_size_t(FIXTURES, n);
+    TEST_ASSERT_TRUE(FIXTURES >= n); /* a driver of several models has several */
 }
 
 static void test_find_refuses(void)
