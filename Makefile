@@ -72,13 +72,14 @@ test: need-test all $(tests) $(simhost) $(tables) ## all tests
 	@BUILD=$(BUILD) tools/run-tests $(tests)
 
 FUZZ_SECONDS ?= 60
-fuzzed := protocol session ocean_ooi
+fuzzed := protocol session km_ascii ocean_ooi
 test-fuzz: need-fuzz ## random lines and sessions against the station and drivers for FUZZ_SECONDS (60)
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/fuzz CC=clang CFLAGS='-O1 -g -fno-omit-frame-pointer' \
 	    EXTRA='-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all' \
 	    $(patsubst %,$(BUILD)/fuzz/fuzz_%,$(fuzzed))
 	@tools/protocol-docs --seeds $(BUILD)/fuzz/seeds-protocol --sessions $(BUILD)/fuzz/seeds-session \
 	    --dictionary $(BUILD)/fuzz/protocol.dict
+	@tests/fuzz/seeds_captures.py $(BUILD)/fuzz/seeds-km_ascii drivers/km_ascii/captures/*
 	@python3 -B tests/fuzz/seeds_ocean_ooi.py $(BUILD)/fuzz/seeds-ocean_ooi
 	@tools/run-fuzzers $(BUILD)/fuzz $(FUZZ_SECONDS) $(fuzzed)
 
@@ -250,9 +251,12 @@ $(BUILD)/tests/sim/test_mock_%: $(BUILD)/obj/tests/sim/test_mock_%.o $(BUILD)/ob
 	@$(CC) $(ALL_CFLAGS) -Wl,--no-as-needed -lumockdev-preload -Wl,--as-needed $^ -o $@ \
 	    $(shell pkg-config --libs $(MOCKS) $(WIRES)) -lm
 
+# Its pauses take no time.
+$(BUILD)/fuzz_km_ascii: FUZZ_LINK := -Wl,--wrap=call_wait
+
 $(BUILD)/fuzz_%: $(BUILD)/obj/tests/fuzz/fuzz_%.o $(BUILD)/obj/tests/support/table_files.o \
         $(call not_main,$(station_o)) $(json_o) $(db_o) $(drivers_o) $(lib_a)
-	@$(CC) $(ALL_CFLAGS) -fsanitize=fuzzer $^ -o $@ $(PKG_LIBS) $(WIRES_LIBS) -lm
+	@$(CC) $(ALL_CFLAGS) -fsanitize=fuzzer $(FUZZ_LINK) $^ -o $@ $(PKG_LIBS) $(WIRES_LIBS) -lm
 
 # What rows are made by: a change there makes the tables anew.
 $(BUILD)/tables/table-%.db: $(lib_a) $(db_o) | $(program)
