@@ -149,7 +149,7 @@ enum driver_result km_settle(struct instrument *in, struct driver_error *error)
 enum driver_result km_pause(struct instrument *in, int *pause_ms, int64_t deadline_ms,
                             struct driver_error *error)
 {
-    *pause_ms = *pause_ms == 0 ? 1 : (int)least(2 * *pause_ms, LONGEST_PAUSE_MS);
+    *pause_ms = *pause_ms == 0 ? 1 : (int)least((int64_t)*pause_ms * 2, LONGEST_PAUSE_MS);
     if (call_wait(&in->call, -1, least(call_now_ms() + *pause_ms, deadline_ms)) == CALL_CANCELLED)
         return driver_fail(error, DRIVER_CANCELLED, NULL, "cancelled");
     return DRIVER_OK;
@@ -195,7 +195,7 @@ enum driver_result km_confirm(struct instrument *in, const char *question, size_
     }
     if (any == 0) {
         *error = attempt;
-        return error->result;
+        return DRIVER_PROTOCOL; /* any other has ended the loop */
     }
     return driver_fail(error, DRIVER_PROTOCOL, NULL,
                        "of three answers to one question no two agree: check the cable, or come "
@@ -212,7 +212,7 @@ enum driver_result km_query(struct instrument *in, const char *question, size_t 
                             int64_t deadline_ms, struct km_reply *ret, struct driver_error *error)
 {
     for (int pause_ms = 0;;) {
-        struct km_reply reply;
+        struct km_reply reply = { .ok = false };
         enum driver_result r = km_ask_twice(in, question, fields, &reply, error);
         if (r != DRIVER_OK)
             return r;

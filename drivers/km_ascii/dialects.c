@@ -3,7 +3,7 @@
 
 #include <stdio.h>
 
-/* ---- what both mean alike ------------------------------------------------------------ */
+/* ---- what both mean alike ----------------------------------------------------------- */
 
 #define LOW DRIVER_WARNING_BATTERY_LOW
 #define LAMP DRIVER_WARNING_LAMP_WEAK
@@ -91,7 +91,7 @@ static bool read_numbers(const struct km_reply *reply, size_t n, const unsigned 
     return true;
 }
 
-/* ---- CM-700d -------------------------------------------------------------------------- */
+/* ---- CM-700d ------------------------------------------------------------------------ */
 
 /* STR: flash (1 ready), voltage (0 normal, 1 warning, 2 error), calibration (0 none, 1 white
  * missing, 2 user's missing, 3 complete), capacity, samples, targets, custom, recalibrate. */
@@ -156,7 +156,7 @@ const struct km_dialect km_cm700d = {
     .write_settings = write_settings_700,
 };
 
-/* ---- CM-2600d, CM-2500d ---------------------------------------------------------------- */
+/* ---- CM-2600d, CM-2500d ------------------------------------------------------------- */
 
 /* STR: flash (0 ready), voltage (0, 1), calibration (0 none, 1 zero only, 2 and 3 complete),
  * capacity, samples, targets. */

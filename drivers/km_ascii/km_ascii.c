@@ -316,7 +316,7 @@ static void km_cancel(struct instrument *in)
     call_cancel(&in->call);
 }
 
-/* ---- what the contract asks for -------------------------------------------------------- */
+/* ---- what the contract asks for ----------------------------------------------------- */
 
 static enum driver_result configure(struct instrument *in, const struct driver_setup *setup,
                                     struct driver_error *error)

@@ -78,8 +78,8 @@ static bool is_text(struct km_field field, const char *text)
 
 static const struct km_dialect *find_model(struct km_field id, const char **name)
 {
-    static const struct km_dialect *const dialects[] = { &km_cm700d, &km_cm2600d };
-    for (size_t i = 0; i < sizeof dialects / sizeof *dialects; i++)
+    static const struct km_dialect *const dialects[2] = { &km_cm700d, &km_cm2600d };
+    for (size_t i = 0; i < 2; i++)
         for (const struct km_model *model = dialects[i]->models; model->id != NULL; model++)
             if (is_text(id, model->id)) {
                 *name = model->name;

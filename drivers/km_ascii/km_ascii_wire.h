@@ -78,7 +78,7 @@ struct km_code {
     const char *text; /* what is wrong and what to do */
 };
 
-/* ---- dialects ------------------------------------------------------------------------- */
+/* ---- dialects ----------------------------------------------------------------------- */
 
 struct km_state {
     bool flash_ready, recalibrate;

@@ -30,7 +30,7 @@ static void note_press(struct instrument *in, int64_t since_ms)
     in->press.since_ms = since_ms;
 }
 
-/* ---- CM-2600d: lines unasked --------------------------------------------------------- */
+/* ---- CM-2600d: lines unasked -------------------------------------------------------- */
 
 /* SCI, then SCE; the shot before may have come twice. */
 static void note_half(struct instrument *in, const char *line, const struct km_reply *sce)
@@ -81,7 +81,7 @@ static enum driver_result take_line(struct instrument *in, const char *line,
     return DRIVER_OK;
 }
 
-/* ---- CM-700d: asking ----------------------------------------------------------------- */
+/* ---- CM-700d: asking ---------------------------------------------------------------- */
 
 /* RDR gives each of its spectra once or for as long as there is no other; nobody has said which.
  * The first answer is in line[0]. */
@@ -245,7 +245,7 @@ enum driver_result km_wait_button(struct instrument *in, int timeout_ms, bool *p
     return DRIVER_OK;
 }
 
-/* ---- its reading ---------------------------------------------------------------------- */
+/* ---- its reading -------------------------------------------------------------------- */
 
 bool km_take_press(struct instrument *in, struct km_spectra *ret)
 {

@@ -150,7 +150,7 @@ static enum driver_result await_end(struct instrument *in, int64_t deadline_ms,
     return r == DRIVER_BUSY ? fail_unfinished(in, error) : r;
 }
 
-/* ---- the two ways -------------------------------------------------------------------- */
+/* ---- the two ways ------------------------------------------------------------------- */
 
 static unsigned warnings_of_state(const struct km_state *state)
 {
@@ -163,7 +163,7 @@ static unsigned warnings_of_state(const struct km_state *state)
 static enum driver_result shoot_and_fetch(struct instrument *in, struct km_spectra *ret,
                                           struct driver_error *error)
 {
-    struct km_state state;
+    struct km_state state = { .voltage = 0 };
     enum driver_result r = km_command(in, "MES,1", 0, CHARGING_MS, error);
     if (r != DRIVER_OK)
         return r;
@@ -216,7 +216,7 @@ static enum driver_result shoot_and_hear(struct instrument *in, struct km_spectr
 {
     int64_t deadline_ms = km_deadline(in, CHARGING_MS);
     struct km_reply sci, sce;
-    struct km_state state;
+    struct km_state state = { .voltage = 0 };
     bool again = false;
     for (int pause_ms = 0;;) {
         enum driver_result r = await_lines(in, &sci, &sce, error);
@@ -247,7 +247,7 @@ static enum driver_result shoot_and_hear(struct instrument *in, struct km_spectr
     return r;
 }
 
-/* ---- the reading ---------------------------------------------------------------------- */
+/* ---- the reading -------------------------------------------------------------------- */
 
 void km_reading_init(const struct instrument *in, unsigned warnings, struct driver_reading *ret)
 {

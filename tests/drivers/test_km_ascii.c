@@ -42,7 +42,7 @@ void tearDown(void)
     wire.wire = NULL;
 }
 
-/* ---- helpers ----------------------------------------------------------------------- */
+/* ---- helpers ------------------------------------------------------------------------ */
 
 static void connect(const struct sim_kind *kind, const char *options)
 {
@@ -120,7 +120,7 @@ static void both_models(void (*test)(const struct sim_kind *kind))
     test(&sim_cm2600d);
 }
 
-/* ---- opening ----------------------------------------------------------------------- */
+/* ---- opening ------------------------------------------------------------------------ */
 
 static void test_identity_of_700(void)
 {
@@ -212,7 +212,7 @@ static void test_areas_counted_from_0_are_refused(void)
     EXPECT(DRIVER_PROTOCOL, open_it());
 }
 
-/* ---- measuring ------------------------------------------------------------------------ */
+/* ---- measuring ---------------------------------------------------------------------- */
 
 static void measures(const struct sim_kind *kind)
 {
@@ -301,7 +301,7 @@ static void test_brighter_than_can_be_measured(void)
     TEST_ASSERT_TRUE(r == DRIVER_PROTOCOL || (reading.warnings & DRIVER_WARNING_OVER_RANGE) != 0);
 }
 
-/* ---- settings ------------------------------------------------------------------------- */
+/* ---- settings ----------------------------------------------------------------------- */
 
 static void test_slider(void)
 {
@@ -371,7 +371,7 @@ static void test_user_calibration_without_data(void)
     OK(measure());
 }
 
-/* ---- calibrating ---------------------------------------------------------------------- */
+/* ---- calibrating -------------------------------------------------------------------- */
 
 static void swaps(const struct sim_kind *kind)
 {
@@ -419,7 +419,7 @@ static void test_nonsense_is_refused(void)
     both_models(refuses_nonsense);
 }
 
-/* ---- a shot that fails ---------------------------------------------------------------- */
+/* ---- a shot that fails -------------------------------------------------------------- */
 
 static void fails(const struct sim_kind *kind)
 {
@@ -468,7 +468,7 @@ static void test_battery_dies_in_a_shot(void)
     OK(measure());
 }
 
-/* ---- the wire -------------------------------------------------------------------------- */
+/* ---- the wire ----------------------------------------------------------------------- */
 
 /* Every reply in two pieces, at every offset. */
 static void splits(const struct sim_kind *kind)
@@ -590,7 +590,7 @@ static void test_unplugged_while_idle(void)
     EXPECT(DRIVER_GONE, measure());
 }
 
-/* ---- the button ------------------------------------------------------------------------ */
+/* ---- the button --------------------------------------------------------------------- */
 
 static void wait_for_press(bool expect)
 {
@@ -679,7 +679,7 @@ static void test_an_old_press_is_measured_anew(void)
     both_models(flashes);
 }
 
-/* ---- stored samples --------------------------------------------------------------------- */
+/* ---- stored samples ----------------------------------------------------------------- */
 
 static void test_stored_samples(void)
 {

@@ -50,7 +50,7 @@ void tearDown(void)
     wire.wire = NULL;
 }
 
-/* ---- the instrument ------------------------------------------------------------------- */
+/* ---- the instrument ----------------------------------------------------------------- */
 
 static void act(const char *action)
 {
@@ -93,7 +93,7 @@ static void start(const struct sim_kind *kind)
     }
 }
 
-/* ---- trying --------------------------------------------------------------------------- */
+/* ---- trying ------------------------------------------------------------------------- */
 
 /* A fault at byte k of the reply.  Digits are what most bytes are. */
 static void substitution(char *text, size_t size, int which, size_t k)
@@ -208,7 +208,7 @@ static void damage(const char *command, unsigned on, size_t n, void (*try)(void)
     fflush(stdout);
 }
 
-/* ---- CM-700d ------------------------------------------------------------------------------ */
+/* ---- CM-700d ------------------------------------------------------------------------ */
 
 enum {
     BARE = 6,          /* OK00 CR LF */
@@ -251,7 +251,7 @@ static void test_700_opens_right_or_not_at_all(void)
     TEST_ASSERT_EQUAL_UINT(0, tally.wrong);
 }
 
-/* ---- CM-2600d ------------------------------------------------------------------------------ */
+/* ---- CM-2600d ----------------------------------------------------------------------- */
 
 enum {
     STATE_2600 = 20,

@@ -167,7 +167,7 @@ static void test_codes(void)
     TEST_ASSERT_EQUAL_size_t(of_2600, n2600);
 }
 
-/* ---- identity ------------------------------------------------------------------------- */
+/* ---- identity ----------------------------------------------------------------------- */
 
 static const struct identity_case {
     const char *line;
@@ -222,7 +222,7 @@ static void test_serial_number_is_cut(void)
     TEST_ASSERT_EQUAL_size_t(DRIVER_NAME_SIZE - 1, strlen(is.serial));
 }
 
-/* ---- state and settings ----------------------------------------------------------------- */
+/* ---- state and settings ------------------------------------------------------------- */
 
 static const struct state_case {
     const struct km_dialect *dialect;

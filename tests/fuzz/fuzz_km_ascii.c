@@ -109,7 +109,7 @@ static enum driver_result fuzz_open(const struct link_source *source,
     return DRIVER_OK;
 }
 
-/* ---- the readers ---------------------------------------------------------------------- */
+/* ---- the readers -------------------------------------------------------------------- */
 
 static void check_spectrum(const struct km_dialect *dialect, size_t n, const int32_t *raw)
 {
@@ -154,7 +154,7 @@ static void read_lines(const unsigned char *data, size_t size)
     }
 }
 
-/* ---- a session ------------------------------------------------------------------------ */
+/* ---- a session ---------------------------------------------------------------------- */
 
 static struct driver_error error;
 
