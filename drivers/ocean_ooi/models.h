@@ -19,16 +19,16 @@ struct ooi_model {
     const char *option;    /* "usb2000+", in an address */
     const char *name;      /* "USB2000+", in an identity */
     const char *successor; /* same PID, FPGA version 3 and above; NULL: none that can be told */
-    uint16_t pid;
-    size_t pixels;                    /* 16-bit words of a spectrum on the wire */
-    size_t pixels_shown;              /* as the maker counts them; a status may give either */
-    uint16_t full_scale;              /* largest count */
-    uint16_t flipped;                 /* bits of each word that come inverted */
+    size_t pixels;         /* 16-bit words of a spectrum on the wire */
+    size_t pixels_shown;   /* as the maker counts them; a status may give either */
     size_t black_first, black_last;   /* optically dark pixels, from 0, both included */
     size_t active_first, active_last; /* pixels that see the spectrum */
     size_t early_bytes;               /* of a spectrum, from endpoint 0x86 at high speed; 0: none */
     uint32_t shortest_us, longest_us; /* integration times that it takes */
     uint32_t fine_step_us, fine_below_us, step_us; /* in steps of these */
+    uint16_t pid;
+    uint16_t full_scale; /* largest count */
+    uint16_t flipped;    /* bits of each word that come inverted */
 };
 
 /* Four of them; the last has name NULL. */

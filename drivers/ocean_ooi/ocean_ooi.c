@@ -20,7 +20,7 @@ enum { OPEN_TIMEOUT_MS = 10000, REPLY_TIMEOUT_MS = 1000, MOST_AVERAGES = 100 };
 #define COLDEST_C 0.0
 #define WARMEST_C 50.0
 
-#define R_LEAST -0.01
+#define R_LEAST (-0.01)
 #define R_MOST 2.0
 #define R_OVER_RANGE 1.2
 #define R_MEAN_LEAST 0.002
@@ -40,7 +40,7 @@ struct instrument {
     bool tells_lamp; /* its status tells the lamp line as it was set */
 };
 
-/* ---- files ---------------------------------------------------------------------------------- */
+/* ---- files -------------------------------------------------------------------------- */
 
 static enum driver_result read_tile(struct instrument *in, struct driver_error *error)
 {
@@ -83,7 +83,7 @@ static enum driver_result fit_greys(struct instrument *in, struct driver_error *
     return DRIVER_OK;
 }
 
-/* ---- slots ---------------------------------------------------------------------------------- */
+/* ---- slots -------------------------------------------------------------------------- */
 
 static enum driver_result late_open(struct driver_error *error)
 {
@@ -137,7 +137,7 @@ static enum driver_result read_wavelengths(struct instrument *in, struct driver_
 static enum driver_result read_detector(struct instrument *in, struct driver_error *error)
 {
     double n[OOI_NONLINEARITY] = { 0.0 }, order = OOI_NONLINEARITY - 1;
-    uint16_t level;
+    uint16_t level = 0;
     enum driver_result r = DRIVER_OK;
     for (uint8_t i = 0; r == DRIVER_OK && i < OOI_NONLINEARITY; i++)
         r = slot_number(in, (uint8_t)(OOI_SLOT_NONLINEARITY + i), true, &n[i], error);
@@ -160,15 +160,15 @@ static enum driver_result read_detector(struct instrument *in, struct driver_err
 /* ---- who it is --------------------------------------------------------------------------------
  */
 
-/* The PID that the link's address names; 0: none. */
+/* The PID that the link's address names, "usb:2457:101e"; 0: none. */
 static uint16_t pid_in(const char *link)
 {
-    unsigned vid, pid;
-    int taken = 0;
-    if (strlen(link) != strlen("usb:2457:101e") ||
-        sscanf(link, "usb:%4x:%4x%n", &vid, &pid, &taken) != 2 || taken != (int)strlen(link))
+    static const char maker[] = "usb:2457:";
+    char *end;
+    if (strncmp(link, maker, strlen(maker)) != 0 || strlen(link) != strlen(maker) + 4)
         return 0;
-    return vid == OOI_VID ? (uint16_t)pid : 0;
+    unsigned long pid = strtoul(link + strlen(maker), &end, 16);
+    return *end == '\0' && pid <= UINT16_MAX ? (uint16_t)pid : 0;
 }
 
 /* Which model: as the link or the address says, else by its pixels. */
@@ -221,8 +221,8 @@ static void fill_identity(struct instrument *in)
 /* What the spectrometer says of itself. */
 static enum driver_result introduce(struct instrument *in, uint16_t pid, struct driver_error *error)
 {
-    struct ooi_status status;
-    uint16_t version;
+    struct ooi_status status = { .pixels = 0 };
+    uint16_t version = 0;
     char serial[OOI_SLOT_TEXT];
     enum driver_result r = ooi_restart(&in->session, error);
     if (r == DRIVER_OK)
@@ -242,7 +242,7 @@ static enum driver_result introduce(struct instrument *in, uint16_t pid, struct 
     return r == DRIVER_OK ? read_detector(in, error) : r;
 }
 
-/* ---- opening ------------------------------------------------------------------------------- */
+/* ---- opening ------------------------------------------------------------------------ */
 
 static enum driver_result take_hold(struct instrument *in, const struct driver_options *options,
                                     uint16_t *pid, struct driver_error *error)
@@ -308,12 +308,12 @@ static enum driver_result ocean_open(const struct driver_options *options, struc
     return DRIVER_OK;
 }
 
-/* ---- doubting -------------------------------------------------------------------------------- */
+/* ---- doubting ----------------------------------------------------------------------- */
 
 /* Whether it still is as it was set: one that was reset in between has lost lamp and time. */
 static enum driver_result check_state(struct instrument *in, struct driver_error *error)
 {
-    struct ooi_status status;
+    struct ooi_status status = { .pixels = 0 };
     enum driver_result r = ooi_get_status(&in->session, &status, error);
     if (r != DRIVER_OK)
         return r;
@@ -440,7 +440,7 @@ static enum driver_result ocean_measure(struct instrument *in, struct driver_rea
                                         struct driver_error *error)
 {
     struct ooi_reference *ref = &in->reference;
-    double R[OOI_BANDS], celsius;
+    double R[OOI_BANDS], celsius = NAN;
     enum driver_result r = ooi_begin(&in->session, "measure", error);
     if (r != DRIVER_OK)
         return r;

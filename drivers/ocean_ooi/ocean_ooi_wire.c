@@ -15,7 +15,7 @@ static uint16_t u16_at(const uint8_t *bytes)
     return (uint16_t)(bytes[0] | bytes[1] << 8);
 }
 
-/* ---- requests ----------------------------------------------------------------------------- */
+/* ---- requests ----------------------------------------------------------------------- */
 
 size_t ooi_ask_initialise(uint8_t *bytes)
 {
@@ -71,7 +71,7 @@ size_t ooi_ask_status(uint8_t *bytes)
     return 1;
 }
 
-/* ---- replies ------------------------------------------------------------------------------ */
+/* ---- replies ------------------------------------------------------------------------ */
 
 static bool is_slot(const uint8_t *bytes, size_t n, uint8_t slot)
 {
@@ -136,7 +136,7 @@ bool ooi_read_status(const uint8_t *bytes, size_t n, struct ooi_status *ret)
     return true;
 }
 
-/* ---- the spectrum ------------------------------------------------------------------------- */
+/* ---- the spectrum ------------------------------------------------------------------- */
 
 size_t ooi_frame_bytes(const struct ooi_model *model)
 {

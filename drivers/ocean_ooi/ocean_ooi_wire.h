@@ -26,7 +26,7 @@
 
 enum ooi_endpoint { OOI_OUT = 0x01, OOI_REPLY = 0x81, OOI_LATE = 0x82, OOI_EARLY = 0x86 };
 
-/* ---- requests: into bytes[OOI_MAX_REQUEST]; how many they are --------------------------- */
+/* ---- requests: into bytes[OOI_MAX_REQUEST]; how many they are ----------------------- */
 
 enum { OOI_MAX_REQUEST = 5 };
 
@@ -39,7 +39,7 @@ size_t ooi_ask_register(uint8_t *bytes, uint8_t reg);
 size_t ooi_ask_temperature(uint8_t *bytes);
 size_t ooi_ask_status(uint8_t *bytes);
 
-/* ---- replies: false, and nothing touched, for what is no such reply ------------------------ */
+/* ---- replies: false, and nothing touched, for what is no such reply ----------------- */
 
 enum ooi_slot {
     OOI_SLOT_SERIAL = 0,
@@ -72,7 +72,7 @@ struct ooi_status {
 };
 bool ooi_read_status(const uint8_t *bytes, size_t n, struct ooi_status *ret);
 
-/* ---- the spectrum --------------------------------------------------------------------------- */
+/* ---- the spectrum ------------------------------------------------------------------- */
 
 /* Size of the receive on each endpoint: whole packets, so that the sync byte's short packet ends
  * the last one and nothing overflows. */

@@ -1,10 +1,11 @@
 /* radiometry.c - plain loops over pixels. */
 #include "drivers/ocean_ooi/radiometry.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
-/* ---- one frame --------------------------------------------------------------------------- */
+/* ---- one frame ---------------------------------------------------------------------- */
 
 static double polynomial(const double n[OOI_NONLINEARITY], double x)
 {
@@ -55,6 +56,7 @@ static double scaled(const struct ooi_detector *d, uint16_t raw)
 /* Sorts; there are a dozen. */
 static double median(double *value, size_t n)
 {
+    assert(n > 0);
     for (size_t i = 1; i < n; i++) {
         double v = value[i];
         size_t at = i;
@@ -96,7 +98,7 @@ enum status ooi_linearise(const struct ooi_detector *d, const uint16_t *counts, 
     return STATUS_OK;
 }
 
-/* ---- means ------------------------------------------------------------------------------- */
+/* ---- means -------------------------------------------------------------------------- */
 
 void ooi_mean_clear(struct ooi_mean *mean)
 {
@@ -131,7 +133,7 @@ size_t ooi_mean_unlike(const struct ooi_mean *mean, const struct ooi_model *mode
     return n;
 }
 
-/* ---- dark, white, sample ------------------------------------------------------------------- */
+/* ---- dark, white, sample ------------------------------------------------------------ */
 
 void ooi_dark_at(const struct ooi_dark *dark, size_t n, double t_us, double *ret)
 {

@@ -52,7 +52,7 @@ enum status ooi_linearise(const struct ooi_detector *detector, const uint16_t *c
 /* How far from the truth x a count may be, see above. */
 double ooi_noise(const struct ooi_model *model, double x);
 
-/* ---- means --------------------------------------------------------------------------------- */
+/* ---- means -------------------------------------------------------------------------- */
 
 /* Frames of one scene. */
 struct ooi_mean {
@@ -68,7 +68,7 @@ void ooi_mean_take(const struct ooi_mean *mean, size_t n, double *ret);
  * n: all frames are of the same scene. */
 size_t ooi_mean_unlike(const struct ooi_mean *mean, const struct ooi_model *model, size_t n);
 
-/* ---- dark, white, sample -------------------------------------------------------------------- */
+/* ---- dark, white, sample ------------------------------------------------------------ */
 
 struct ooi_dark {
     double at_us[2]; /* both the same: D was measured at that time alone */

@@ -23,7 +23,7 @@ enum {
 #define LEAST_COUNTS 2000.0 /* of 65535 */
 #define LEAST_PIXEL 200.0
 
-/* ---- frames ------------------------------------------------------------------------------- */
+/* ---- frames ------------------------------------------------------------------------- */
 
 /* The next frame, linear; a damaged one is taken again once. */
 static enum driver_result take(struct ooi_reference *ref, size_t stale, double *fill,
@@ -87,7 +87,7 @@ static double sum_used(const struct ooi_reference *ref, const double *value)
     return sum;
 }
 
-/* ---- zero --------------------------------------------------------------------------------- */
+/* ---- zero --------------------------------------------------------------------------- */
 
 static enum driver_result refuse_bright_zero(struct driver_error *error)
 {
@@ -164,7 +164,7 @@ enum driver_result ooi_calibrate_zero(struct ooi_reference *ref, unsigned averag
     return DRIVER_OK;
 }
 
-/* ---- white -------------------------------------------------------------------------------- */
+/* ---- white -------------------------------------------------------------------------- */
 
 /* The next integration time to try, from one that gave this fill. */
 static double next_us(double us, double fill)
@@ -297,7 +297,7 @@ enum driver_result ooi_calibrate_white(struct ooi_reference *ref, unsigned avera
     return r == DRIVER_OK ? keep_white(ref, light / ref->session->integration_us, error) : r;
 }
 
-/* ---- sample ------------------------------------------------------------------------------- */
+/* ---- sample ------------------------------------------------------------------------- */
 
 /* The next frame of a sample; one with a spike is taken again once. */
 static enum driver_result take_sample(struct ooi_reference *ref, size_t stale,

@@ -12,7 +12,7 @@ enum {
     TRIES = 2, /* of a question, of a spectrum */
 };
 
-/* ---- questions ---------------------------------------------------------------------------- */
+/* ---- questions ---------------------------------------------------------------------- */
 
 /* What happened to a step of the conversation: a failure leaves it out of step. */
 static enum driver_result note(struct ooi_session *s, enum driver_result result)
@@ -131,7 +131,7 @@ enum driver_result ooi_get_temperature(struct ooi_session *s, double *celsius,
     return ask(s, request, ooi_ask_temperature(request), &answer, error);
 }
 
-/* ---- settings ------------------------------------------------------------------------------ */
+/* ---- settings ----------------------------------------------------------------------- */
 
 enum driver_result ooi_set_integration(struct ooi_session *s, double us, struct driver_error *error)
 {
@@ -139,7 +139,7 @@ enum driver_result ooi_set_integration(struct ooi_session *s, double us, struct 
     uint32_t wanted = ooi_model_integration_us(m, us);
     uint32_t step = wanted < m->fine_below_us ? m->fine_step_us : m->step_us;
     uint8_t request[OOI_MAX_REQUEST];
-    struct ooi_status status;
+    struct ooi_status status = { .pixels = 0 };
     if (wanted == s->integration_us)
         return DRIVER_OK;
     enum driver_result r = send(s, request, ooi_ask_integration(request, wanted), error);
@@ -158,7 +158,7 @@ enum driver_result ooi_set_integration(struct ooi_session *s, double us, struct 
     return DRIVER_OK;
 }
 
-/* ---- back into step -------------------------------------------------------------------------- */
+/* ---- back into step ----------------------------------------------------------------- */
 
 /* Twice the integration time: an exposure that runs must end first.  It may be a longer one, from
  * before a change. */

@@ -37,7 +37,7 @@ static enum driver_result refuse_file(const char *path, struct driver_error *err
     return driver_fail(error, DRIVER_UNSUPPORTED, NULL, "%.200s: %s", path, why);
 }
 
-/* ---- lines and fields --------------------------------------------------------------------- */
+/* ---- lines and fields --------------------------------------------------------------- */
 
 /* The next line with something on it; NULL at the end. */
 static char *next_line(struct reader *r)
@@ -71,7 +71,7 @@ static char *next_field(char **rest)
     return field;
 }
 
-/* ---- the header --------------------------------------------------------------------------- */
+/* ---- the header --------------------------------------------------------------------- */
 
 static enum column column_named(const char *name, double *nm)
 {
@@ -139,12 +139,12 @@ static enum driver_result read_header(struct reader *r, struct ooi_tile_file *re
     return check_grid(r, ret);
 }
 
-/* ---- rows --------------------------------------------------------------------------------- */
+/* ---- rows --------------------------------------------------------------------------- */
 
 static void take_name(const char *field, char id[DRIVER_NAME_SIZE])
 {
     size_t n = 0;
-    for (; field[n] != '\0' && n < DRIVER_NAME_SIZE - 1; n++)
+    for (; n < DRIVER_NAME_SIZE - 1 && field[n] != '\0'; n++)
         id[n] = field[n] >= 0x20 && field[n] < 0x7f ? field[n] : '?';
     id[n] = '\0';
 }
@@ -261,7 +261,7 @@ enum driver_result ooi_tile_read(const char *path, struct ooi_tile_file *ret,
     return result;
 }
 
-/* ---- what it is of ------------------------------------------------------------------------- */
+/* ---- what it is of ------------------------------------------------------------------ */
 
 double ooi_tile_at(const struct ooi_tile_file *file, size_t row, double nm)
 {

@@ -44,7 +44,7 @@ void tearDown(void)
     ocean_bench_clean();
 }
 
-/* ---- helpers -------------------------------------------------------------------------------- */
+/* ---- helpers ------------------------------------------------------------------------ */
 
 #define EXPECT(expect, call) \
     do { \
@@ -149,7 +149,7 @@ static void place(const char *sample)
     act(sample);
 }
 
-/* ---- who it is ---------------------------------------------------------------------------- */
+/* ---- who it is ---------------------------------------------------------------------- */
 
 static const struct {
     const struct sim_kind *kind;
@@ -247,7 +247,7 @@ static void test_no_tile_no_instrument(void)
     TEST_ASSERT_EQUAL_UINT(0, wire_memory_sends(bench.memory));
 }
 
-/* ---- reflectance ---------------------------------------------------------------------------- */
+/* ---- reflectance -------------------------------------------------------------------- */
 
 static void measure_all(struct deviation *d, unsigned averages)
 {
@@ -294,7 +294,7 @@ static void test_accuracy(void)
     }
 }
 
-/* ---- substitution --------------------------------------------------------------------------- */
+/* ---- substitution ------------------------------------------------------------------- */
 
 /* Measure the greys as they are read, and write them beside their truth. */
 static void write_greys(const char *path)
@@ -367,7 +367,7 @@ static void test_greys_of_another_sphere_are_refused(void)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error.text, "greys"), error.text);
 }
 
-/* ---- what is refused ------------------------------------------------------------------------- */
+/* ---- what is refused ---------------------------------------------------------------- */
 
 static void test_white_for_zero(void)
 {

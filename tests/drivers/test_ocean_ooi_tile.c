@@ -25,7 +25,7 @@ void tearDown(void)
 {
 }
 
-/* ---- tile files ------------------------------------------------------------------------------ */
+/* ---- tile files --------------------------------------------------------------------- */
 
 /* 400..700 by 10: header behind `columns`, value behind `row`. */
 static void write_file(const char *columns, const char *row, double first, double step, int n,

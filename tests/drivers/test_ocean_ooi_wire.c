@@ -16,7 +16,7 @@ void tearDown(void)
 {
 }
 
-/* ---- requests ------------------------------------------------------------------------------ */
+/* ---- requests ----------------------------------------------------------------------- */
 
 static void expect_request(const char *what, size_t n_expect, const uint8_t *expect, size_t n,
                            const uint8_t *bytes)
@@ -45,7 +45,7 @@ static void test_requests(void)
     expect_request("status", 1, (const uint8_t[]){ 0xfe }, ooi_ask_status(b), b);
 }
 
-/* ---- replies ------------------------------------------------------------------------------- */
+/* ---- replies ------------------------------------------------------------------------ */
 
 static const struct slot_case {
     const char *what;
@@ -172,7 +172,7 @@ static void test_status(void)
     TEST_ASSERT_FALSE(ooi_read_status(b, 15, &status));
 }
 
-/* ---- spectra ------------------------------------------------------------------------------- */
+/* ---- spectra ------------------------------------------------------------------------ */
 
 static uint8_t bytes[OOI_MAX_FRAME + 1];
 static uint16_t counts[OOI_MAX_PIXELS];
@@ -222,7 +222,7 @@ static void test_fourteen_bits_are_no_more(void)
     TEST_ASSERT_EQUAL_UINT(77, counts[50]);
 }
 
-/* ---- models ---------------------------------------------------------------------------------- */
+/* ---- models ------------------------------------------------------------------------- */
 
 /* expect: the data sheets' steps */
 static const struct integration_case {

@@ -44,7 +44,7 @@ static unsigned next(void)
     return *input++;
 }
 
-/* ---- a sound instrument -------------------------------------------------------------------- */
+/* ---- a sound instrument ------------------------------------------------------------- */
 
 static uint8_t last_request[8];
 static uint32_t integration_us;
@@ -108,7 +108,7 @@ static size_t sound_frame(uint8_t *to)
     return FRAME;
 }
 
-/* ---- the link ------------------------------------------------------------------------------ */
+/* ---- the link ----------------------------------------------------------------------- */
 
 static enum driver_result fuzz_send(struct link *link, uint8_t channel, const void *bytes, size_t n,
                                     int64_t deadline_ms, struct driver_error *error)
@@ -191,7 +191,7 @@ static enum driver_result fuzz_open(const struct link_source *source,
 
 static const struct link_source wire = { fuzz_open };
 
-/* ---- a session ------------------------------------------------------------------------------ */
+/* ---- a session ---------------------------------------------------------------------- */
 
 static char tile_path[] = "/tmp/fuzz-ocean-tile-XXXXXX", address[128];
 
@@ -275,7 +275,7 @@ static void run_session(void)
     ocean_ooi_driver.close(in);
 }
 
-/* ---- parsers -------------------------------------------------------------------------------- */
+/* ---- parsers ------------------------------------------------------------------------ */
 
 static void parse_reply(void)
 {

@@ -140,7 +140,7 @@ void ocean_bench_spoil(struct ocean_bench *bench, uint8_t channel, unsigned tran
     bench->every = bench->spoiled = false;
 }
 
-/* ---- files --------------------------------------------------------------------------------- */
+/* ---- files -------------------------------------------------------------------------- */
 
 static char folder[] = "/tmp/ocean-bench-XXXXXX";
 static bool has_folder;
