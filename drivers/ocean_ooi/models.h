@@ -6,6 +6,7 @@
 #ifndef SKINSPEC_DRIVERS_OCEAN_OOI_MODELS_H
 #define SKINSPEC_DRIVERS_OCEAN_OOI_MODELS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -27,8 +28,9 @@ struct ooi_model {
     uint32_t shortest_us, longest_us; /* integration times that it takes */
     uint32_t fine_step_us, fine_below_us, step_us; /* in steps of these */
     uint16_t pid;
-    uint16_t full_scale; /* largest count */
-    uint16_t flipped;    /* bits of each word that come inverted */
+    uint16_t full_scale;    /* largest count */
+    uint16_t flipped;       /* bits of each word that come inverted */
+    bool tells_temperature; /* a data sheet says so; who does not know 6C would never answer */
 };
 
 /* Four of them; the last has name NULL. */

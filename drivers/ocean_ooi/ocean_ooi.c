@@ -308,6 +308,17 @@ static enum driver_result ocean_open(const struct driver_options *options, struc
     return DRIVER_OK;
 }
 
+/* ---- temperature -------------------------------------------------------------------- */
+
+/* NAN where it is not known. */
+static enum driver_result get_temperature(struct instrument *in, double *celsius,
+                                          struct driver_error *error)
+{
+    *celsius = NAN;
+    return in->session.model->tells_temperature ? ooi_get_temperature(&in->session, celsius, error)
+                                                : DRIVER_OK;
+}
+
 /* ---- doubting ----------------------------------------------------------------------- */
 
 /* Whether it still is as it was set: one that was reset in between has lost lamp and time. */
@@ -372,8 +383,11 @@ static enum driver_result ocean_status(struct instrument *in, struct driver_stat
 {
     struct driver_status status = { .battery_percent = -1, .temperature_C = NAN };
     enum driver_result r = ooi_begin(&in->session, "status", error);
+    struct ooi_status answer = { .pixels = 0 };
+    if (r == DRIVER_OK) /* whether it is there at all */
+        r = ooi_get_status(&in->session, &answer, error);
     if (r == DRIVER_OK)
-        r = ooi_get_temperature(&in->session, &status.temperature_C, error);
+        r = get_temperature(in, &status.temperature_C, error);
     if (r != DRIVER_OK)
         return r;
     status.due[DRIVER_CALIBRATION_ZERO] = !in->reference.zero;
@@ -432,7 +446,7 @@ static void fill_reading(const struct instrument *in, const double R[OOI_BANDS],
         if (R[b] > R_OVER_RANGE)
             ret->warnings |= DRIVER_WARNING_OVER_RANGE;
     }
-    if (!(celsius >= COLDEST_C && celsius <= WARMEST_C))
+    if (celsius < COLDEST_C || celsius > WARMEST_C)
         ret->warnings |= DRIVER_WARNING_TEMPERATURE;
 }
 
@@ -455,7 +469,7 @@ static enum driver_result ocean_measure(struct instrument *in, struct driver_rea
     if (r == DRIVER_OK)
         r = check_state(in, error);
     if (r == DRIVER_OK)
-        r = ooi_get_temperature(&in->session, &celsius, error);
+        r = get_temperature(in, &celsius, error);
     if (r != DRIVER_OK)
         return r;
     ooi_substitution_correct(&in->substitution, in->rstd_band, R);

@@ -45,9 +45,9 @@ struct ooi_reference {
     double linear[OOI_MAX_PIXELS], first_mean[OOI_MAX_PIXELS];
 };
 
-/* The last four lines of what is above stand for all results but OK; a call that fails leaves
- * the last good zero and white as they were, but for a swapped or drifting white, after which
- * what is in doubt is due again. */
+/* DRIVER_IMPLAUSIBLE, DRIVER_REFUSED (drift) or DRIVER_PROTOCOL for what is refused above.  A call
+ * that fails leaves the last good zero and white as they were; but whites that disagree make
+ * white due again, and a white that looks swapped both. */
 enum driver_result ooi_calibrate_zero(struct ooi_reference *reference, unsigned averages,
                                       struct driver_error *error);
 enum driver_result ooi_calibrate_white(struct ooi_reference *reference, unsigned averages,
