@@ -35,7 +35,7 @@ static void test_addresses_of_no_use(void)
 {
     static const struct link_serial serial = { 9600, false };
     static const struct link_usb_model models[] = { { 0x2457, 0x101e }, { 0, 0 } };
-    static const struct link_usb usb = { models, 0 };
+    static const struct link_usb usb = { .models = models };
     static const struct {
         const char *address;
         const struct link_serial *serial;

@@ -211,7 +211,7 @@ void tearDown(void)
 static enum driver_result open_address(const char *address, int within_ms, struct link **ret)
 {
     static const struct link_usb_model models[] = { { 0x2457, 0x101e }, { 0x2457, 0x1022 }, { 0 } };
-    static const struct link_usb usb = { models, 0 };
+    static const struct link_usb usb = { .models = models };
     const struct driver_options options = { .address = address };
     const struct link_wanted wanted = { .call = &call,
                                         .usb = &usb,

@@ -83,7 +83,9 @@ static void test_is_set_again_as_it_was(void)
 {
     open_fake();
     struct unit_job *job = &jobs[1];
-    *job = (struct unit_job){ .job.done = on_done, .command = UNIT_CONFIGURE, .setup = { .grid = 3, .aperture = 1 } };
+    *job = (struct unit_job){ .job.done = on_done,
+                              .command = UNIT_CONFIGURE,
+                              .setup = { .grid = 3, .aperture = 1 } };
     unit_ask(unit, job);
     TEST_ASSERT_TRUE(comes(&done_jobs, 1, LONG_MS));
     TEST_ASSERT_EQUAL_INT(DRIVER_OK, job->result);
