@@ -30,6 +30,8 @@ static const struct {
     { "battery_low", "the instrument's battery is low; charge it" },
     { "lamp_weak", "the instrument's lamp flashed weakly" },
     { "temperature", "the instrument was colder or warmer than it should be" },
+    { "over_range", "brighter than the instrument can measure" },
+    { "conditions_differ", "the instrument was not set as for its calibration or its target" },
     { "Cm_at_limit", "Cm is at an end of the table: the truth may lie beyond" },
     { "Bm_at_limit", "Bm is at an end of the table: the truth may lie beyond" },
     { "Ch_at_limit", "Ch is at an end of the table: the truth may lie beyond" },
