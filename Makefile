@@ -28,6 +28,8 @@ wire_c  := $(patsubst %,src/station/%.c,protocol schema strict_json wire events)
 drivers_c := $(wildcard drivers/*.c drivers/*/*.c)
 cli_c   := $(wildcard src/cli/*.c)
 tests_c := $(wildcard tests/*/test_*.c)
+# A driver may bring its own.
+own_tests_c := $(wildcard drivers/*/tests/test_*.c)
 # What stands for the instruments; wire_memory is the one that needs a driver's link.
 sims_c  := $(filter-out tests/sim/test_%.c tests/sim/wire_memory.c,$(wildcard tests/sim/*.c))
 support_c := $(wildcard tests/support/*.c tests/drivers/contract.c tests/drivers/cue.c) $(sims_c) $(wildcard tests/sim/wire_memory.c)
@@ -45,7 +47,8 @@ station_o := $(call objects,$(station_c)) $(BUILD)/obj/protocol_schema.o
 wire_o  := $(call objects,$(wire_c)) $(BUILD)/obj/protocol_schema.o
 drivers_o := $(call objects,$(drivers_c))
 cli_o   := $(call objects,$(cli_c))
-tests   := $(patsubst tests/%.c,$(BUILD)/tests/%,$(tests_c))
+tests   := $(patsubst tests/%.c,$(BUILD)/tests/%,$(tests_c)) \
+           $(patsubst drivers/%.c,$(BUILD)/tests/drivers/%,$(own_tests_c))
 
 unity   := build/unity
 lib_a   := $(BUILD)/libskinspec.a
@@ -122,7 +125,7 @@ lint: need-lint ## layout, static analysis, and warnings of gcc and clang as err
 	@tools/lint
 
 format: need-lint ## lay out the sources by clang-format
-	@clang-format -i $(core_c) $(json_c) $(station_c) $(db_c) $(drivers_c) $(cli_c) $(tests_c) \
+	@clang-format -i $(core_c) $(json_c) $(station_c) $(db_c) $(drivers_c) $(cli_c) $(tests_c) $(own_tests_c) \
 	    $(support_c) $(mock_c) $(fuzz_c) $(bench_c) $(all_h) docs/examples/*.c
 
 docs: ## docs/protocol.md from the protocol's description
@@ -200,7 +203,8 @@ $(BUILD)/obj/unity.o: $(unity)/unity.c $(BUILD)/flags | need-build
 
 # Private: or the flags of a tests' object would count as those of everything.
 $(BUILD)/obj/tests/%.o: private override EXTRA += -isystem $(unity) -DUNITY_INCLUDE_DOUBLE
-$(patsubst %.c,$(BUILD)/obj/%.o,$(tests_c) $(support_c)): | $(unity)/unity.c
+$(call objects,$(own_tests_c)): private override EXTRA += -isystem $(unity) -DUNITY_INCLUDE_DOUBLE
+$(call objects,$(tests_c) $(own_tests_c) $(support_c)): | $(unity)/unity.c
 
 $(lib_a): $(core_o)
 	@rm -f $@
@@ -238,10 +242,14 @@ $(BUILD)/obj/tests/%_umockdev.o: PKG_CFLAGS += $(shell pkg-config --cflags $(MOC
 $(BUILD)/tests/%_umockdev: PRELOAD = -Wl,--no-as-needed -lumockdev-preload -Wl,--as-needed
 $(BUILD)/tests/%_umockdev: MOCKS_LIBS = $(shell pkg-config --libs $(MOCKS))
 $(filter %_umockdev,$(tests)): $(call objects,$(filter-out %/host.c,$(mock_c)))
-$(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(call objects,$(support_c)) $(BUILD)/obj/unity.o \
+used_by_tests = $(call objects,$(support_c)) $(BUILD)/obj/unity.o \
         $(call not_main,$(cli_o) $(station_o)) $(json_o) $(db_o) $(drivers_o) $(lib_a)
-	@mkdir -p $(@D)
-	@$(CC) $(ALL_CFLAGS) $(PRELOAD) $(LINK) $^ -o $@ $(PKG_LIBS) $(WIRES_LIBS) $(MOCKS_LIBS) -lm
+link_test = mkdir -p $(@D) && $(CC) $(ALL_CFLAGS) $(PRELOAD) $(LINK) $^ -o $@ \
+        $(PKG_LIBS) $(WIRES_LIBS) $(MOCKS_LIBS) -lm
+$(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(used_by_tests)
+	@$(link_test)
+$(BUILD)/tests/drivers/%: $(BUILD)/obj/drivers/%.o $(used_by_tests)
+	@$(link_test)
 
 # Programs that are mock and client in one: the preload library before all others, so that
 # they need no wrapper, and AddressSanitizer finds its own in place.
@@ -264,4 +272,4 @@ $(BUILD)/tables/table-%.db: $(lib_a) $(db_o) | $(program)
 	@$(program) table build --model $* --out $@ --force
 
 -include $(patsubst %.o,%.d,$(core_o) $(json_o) $(station_o) $(db_o) $(drivers_o) $(cli_o) \
-    $(call objects,$(tests_c) $(support_c) $(mock_c) $(fuzz_c) $(bench_c)))
+    $(call objects,$(tests_c) $(own_tests_c) $(support_c) $(mock_c) $(fuzz_c) $(bench_c)))

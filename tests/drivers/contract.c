@@ -500,7 +500,7 @@ static const struct contract_test {
     { "silence ends at the deadline", test_silence_ends_at_the_deadline },
 };
 
-void contract_run(const struct contract_fixture *of)
+static void run(const struct contract_fixture *of)
 {
     fixture = of;
     driver = of->driver;
@@ -509,4 +509,12 @@ void contract_run(const struct contract_fixture *of)
         snprintf(name, sizeof name, "%s: %s", driver->name, tests[i].name);
         UnityDefaultTestRun(tests[i].run, name, __LINE__);
     }
+}
+
+int contract_main(const struct contract_fixture *fixtures, size_t n)
+{
+    UNITY_BEGIN();
+    for (size_t i = 0; i < n; i++)
+        run(&fixtures[i]);
+    return UNITY_END();
 }

@@ -1,7 +1,8 @@
 /* contract.h - what drivers/driver.h asks of every driver, as tests.
  *
- * A driver passes with a row in test_contract.c: how to have its instrument, or
- * what stands for it, in each of these situations. */
+ * A driver passes with a program of its own, test_NAME_contract.c here or in
+ * drivers/NAME/tests: fixtures that say how to have its instrument, or what stands for it, in each
+ * of these situations. */
 #ifndef SKINSPEC_TESTS_DRIVERS_CONTRACT_H
 #define SKINSPEC_TESTS_DRIVERS_CONTRACT_H
 
@@ -30,8 +31,8 @@ struct contract_fixture {
     bool deterministic;
 };
 
-/* Run the suite with Unity, between UNITY_BEGIN and UNITY_END. */
-void contract_run(const struct contract_fixture *fixture);
+/* The whole of main(): the suite with Unity, for each of the fixtures (models of one driver). */
+int contract_main(const struct contract_fixture *fixtures, size_t n);
 
 /* For the program's setUp() and tearDown(). */
 void contract_set_up(void);
