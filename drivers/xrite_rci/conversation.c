@@ -9,6 +9,7 @@ enum {
     SETTLE_MS = 2000, /* at most for that */
     STRAY_MS = 2000,  /* after a line that is no answer the answer must follow */
     SLOW_MS = 30000,  /* a line of which bytes keep coming */
+    LOOK_MS = 1000,
     BUSY_MS = 1000,   /* between two commands to a busy one */
     UNASKED_MAX = 16, /* lines that are heard at the beginning of a call */
 };
@@ -74,22 +75,25 @@ static enum driver_result fail_silent(struct instrument *in, struct driver_error
     return driver_fail(error, DRIVER_PROTOCOL, NULL, "an answer broke off: check the cable");
 }
 
-/* A line that is not there by the deadline, but of which bytes keep coming, gets more time. */
+/* Looks up once a second: a line that has begun but does not go on is broken, however long the job
+ * may take; one of which bytes keep coming gets more time than the deadline. */
 static enum driver_result read_line(struct instrument *in, char line[LINE_MAX_BYTES],
                                     int64_t deadline_ms, struct driver_error *error)
 {
     int64_t last_ms = least(deadline_ms + SLOW_MS, in->call_ends_ms);
-    size_t before = in->reader.filled;
-    for (;;) {
-        enum driver_result r = line_read(&in->reader, line, deadline_ms, error);
+    for (size_t before = in->reader.filled;; before = in->reader.filled) {
+        int64_t now_ms = call_now_ms();
+        int64_t look_ms = now_ms + least(LOOK_MS, in->reply_timeout_ms);
+        int64_t until_ms = least(look_ms, before > 0 ? last_ms : deadline_ms);
+        enum driver_result r = line_read(&in->reader, line, until_ms, error);
         if (r == DRIVER_OK)
             in->bare_ends = 0;
         if (r != DRIVER_TIMEOUT)
             return r;
-        if (in->reader.filled == before || call_now_ms() >= last_ms)
+        bool grew = in->reader.filled > before;
+        bool over = call_now_ms() >= (grew ? last_ms : deadline_ms);
+        if (over || (in->reader.filled > 0 && !grew))
             return fail_silent(in, error);
-        before = in->reader.filled;
-        deadline_ms = least(call_now_ms() + in->reply_timeout_ms, last_ms);
     }
 }
 
