@@ -75,7 +75,7 @@ test: need-test all $(tests) $(simhost) $(tables) ## all tests
 	@BUILD=$(BUILD) tools/run-tests $(tests)
 
 FUZZ_SECONDS ?= 60
-fuzzed := protocol session km_ascii ocean_ooi
+fuzzed := protocol session km_ascii ocean_ooi xrite_rci
 test-fuzz: need-fuzz ## random lines and sessions against the station and drivers for FUZZ_SECONDS (60)
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/fuzz CC=clang CFLAGS='-O1 -g -fno-omit-frame-pointer' \
 	    EXTRA='-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all' \
@@ -83,6 +83,7 @@ test-fuzz: need-fuzz ## random lines and sessions against the station and driver
 	@tools/protocol-docs --seeds $(BUILD)/fuzz/seeds-protocol --sessions $(BUILD)/fuzz/seeds-session \
 	    --dictionary $(BUILD)/fuzz/protocol.dict
 	@tests/fuzz/seeds_captures.py $(BUILD)/fuzz/seeds-km_ascii drivers/km_ascii/captures/*
+	@tests/fuzz/seeds_captures.py $(BUILD)/fuzz/seeds-xrite_rci drivers/xrite_rci/captures/*
 	@python3 -B tests/fuzz/seeds_ocean_ooi.py $(BUILD)/fuzz/seeds-ocean_ooi
 	@tools/run-fuzzers $(BUILD)/fuzz $(FUZZ_SECONDS) $(fuzzed)
 
@@ -261,6 +262,7 @@ $(BUILD)/tests/sim/test_mock_%: $(BUILD)/obj/tests/sim/test_mock_%.o $(BUILD)/ob
 
 # Its pauses take no time.
 $(BUILD)/fuzz_km_ascii: FUZZ_LINK := -Wl,--wrap=call_wait
+$(BUILD)/fuzz_xrite_rci: FUZZ_LINK := -Wl,--wrap=call_wait,--wrap=call_now_ms
 
 $(BUILD)/fuzz_%: $(BUILD)/obj/tests/fuzz/fuzz_%.o $(BUILD)/obj/tests/support/table_files.o \
         $(call not_main,$(station_o)) $(json_o) $(db_o) $(drivers_o) $(lib_a)

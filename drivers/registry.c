@@ -9,7 +9,11 @@
 #include "drivers/xrite_rci/xrite_rci.h"
 
 const struct driver *const driver_registry[] = {
-    &simulated_driver, &km_ascii_driver, &ocean_ooi_driver, &xrite_rci_driver, NULL,
+    &simulated_driver, /* no instrument */
+    &km_ascii_driver,  /* Konica Minolta CM-700d, CM-2600d */
+    &ocean_ooi_driver, /* Ocean's spectrometers on a sphere */
+    &xrite_rci_driver, /* X-Rite SP60, SP62, SP64 */
+    NULL,
 };
 
 const struct driver *driver_find(const char *name)

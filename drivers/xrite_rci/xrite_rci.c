@@ -86,7 +86,8 @@ static enum driver_result say(struct instrument *in, const char *command,
     for (int damaged = 0;;) {
         char status[5] = "";
         struct driver_error attempt;
-        int64_t now_ms = call_now_ms(), until_ms = now_ms + FIRST_REPLY_MS;
+        int wait_ms = in->reply_timeout_ms < FIRST_REPLY_MS ? in->reply_timeout_ms : FIRST_REPLY_MS;
+        int64_t until_ms = call_now_ms() + wait_ms;
         enum driver_result r = rci_send(in, command, error);
         if (r != DRIVER_OK)
             return r;
