@@ -34,6 +34,14 @@ static const struct kind {
       { { "calibration", "SELECT * FROM calibration WHERE id = ?" } },
       "SELECT id FROM calibration WHERE id NOT IN"
       " (SELECT entity FROM audit WHERE action = '" AUDIT_CALIBRATION "')" },
+    { AUDIT_CHECK_TILE,
+      { { "check_tile", "SELECT * FROM check_tile WHERE id = ?" } },
+      "SELECT id FROM check_tile WHERE id NOT IN"
+      " (SELECT entity FROM audit WHERE action = '" AUDIT_CHECK_TILE "')" },
+    { AUDIT_CHECK,
+      { { "check_reading", "SELECT * FROM check_reading WHERE id = ?" } },
+      "SELECT id FROM check_reading WHERE id NOT IN"
+      " (SELECT entity FROM audit WHERE action = '" AUDIT_CHECK "')" },
     { AUDIT_MEASUREMENT,
       { { "measurement", "SELECT * FROM measurement WHERE id = ?" },
         { "match", "SELECT * FROM match WHERE measurement ="

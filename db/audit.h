@@ -19,9 +19,9 @@
  *   hash     SHA-256 of the hash of the row before (32 zero bytes before the first)
  *            and of the dump of the audit row without `hash`
  *
- * Every row of station, subject, site, instrument, calibration, measurement and match
- * is what one audit row is about.  subject_person is not: it can be erased, and not
- * even a hash of a name stays.
+ * Every row of station, subject, site, instrument, calibration, check_tile, check_reading,
+ * measurement and match is what one audit row is about.  subject_person is not: it can be erased,
+ * and not even a hash of a name stays.
  *
  * What this cannot notice: the newest rows cut off together with their audit rows, or
  * the whole chain written anew.  Whoever keeps a copy of the last hash can. */
@@ -43,9 +43,11 @@
 #define AUDIT_SITE "site.add"
 #define AUDIT_INSTRUMENT "instrument.add"
 #define AUDIT_CALIBRATION "calibration.add"
+#define AUDIT_CHECK_TILE "check_tile.add"
+#define AUDIT_CHECK "check.add"
 #define AUDIT_MEASUREMENT "measurement.add"
 
-enum { AUDIT_KINDS = 6, AUDIT_ROWS_EACH = 2 };
+enum { AUDIT_KINDS = 8, AUDIT_ROWS_EACH = 2 };
 
 /* Statements of one connection, and the end of the chain while nobody else can write. */
 struct audit {

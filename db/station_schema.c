@@ -156,9 +156,69 @@ static const char step_2_owner[] =
     "CREATE INDEX measurement_owner ON measurement(owner_uid, seq) WHERE owner_uid IS NOT NULL;\n"
     "CREATE INDEX measurement_fence ON measurement(fence) WHERE fence > 0;\n";
 
+/* What a check tile should look like and its limit, and what instruments saw of it. */
+static const char step_3_check[] =
+    "PRAGMA user_version = 3;\n"
+    "CREATE TABLE check_tile(                -- a reference, a limit; the newest counts\n"
+    "  seq         INTEGER PRIMARY KEY,      -- 1, 2, ...: without a gap\n"
+    "  id          TEXT NOT NULL UNIQUE,     -- UUIDv7\n"
+    "  taken_at    TEXT NOT NULL,\n"
+    "  uuid        TEXT NOT NULL UNIQUE,     -- the client's\n"
+    "  parameters_sha256 TEXT NOT NULL,\n"
+    "  who         TEXT,\n"
+    "  tile        TEXT NOT NULL,            -- its name\n"
+    "  source      TEXT NOT NULL,            -- certificate, measured, limit\n"
+    "  limit_dE00  REAL NOT NULL,            -- of the tile, from here on\n"
+    "  aperture_mm REAL,                     -- of the reference; NULL: the limit alone\n"
+    "  first_nm    REAL,\n"
+    "  step_nm     REAL,\n"
+    "  bands       INTEGER,\n"
+    "  spectrum    BLOB,                     -- SCE, 0..1\n"
+    "  instrument  INTEGER REFERENCES instrument(id),  -- that measured it; NULL: all\n"
+    "  calibration TEXT REFERENCES calibration(id),\n"
+    "  replicates  INTEGER\n"
+    ") STRICT;\n"
+    "CREATE INDEX check_tile_newest ON check_tile(tile, seq);\n"
+
+    "CREATE TABLE check_reading(             -- a check of an instrument\n"
+    "  seq         INTEGER PRIMARY KEY,      -- 1, 2, ...: without a gap\n"
+    "  id          TEXT NOT NULL UNIQUE,     -- UUIDv7\n"
+    "  taken_at    TEXT NOT NULL,\n"
+    "  uuid        TEXT NOT NULL UNIQUE,     -- the client's\n"
+    "  parameters_sha256 TEXT NOT NULL,\n"
+    "  operator    TEXT,\n"
+    "  instrument  INTEGER NOT NULL REFERENCES instrument(id),\n"
+    "  calibration TEXT REFERENCES calibration(id),\n"
+    "  fence       INTEGER NOT NULL,         -- of the lease\n"
+    "  tile        TEXT NOT NULL,\n"
+    "  reference   TEXT NOT NULL REFERENCES check_tile(id),\n"
+    "  aperture_mm REAL NOT NULL,\n"
+    "  replicates  INTEGER NOT NULL,\n"
+    "  first_nm    REAL NOT NULL,\n"
+    "  step_nm     REAL NOT NULL,\n"
+    "  bands       INTEGER NOT NULL,\n"
+    "  spectrum    BLOB NOT NULL,            -- the mean, SCE, 0..1\n"
+    "  dE00        REAL NOT NULL,            -- from the reference; D65, 10 degrees\n"
+    "  rms         REAL NOT NULL,            -- the same as reflectance, over common bands\n"
+    "  limit_dE00  REAL NOT NULL,            -- that held then\n"
+    "  passed      INTEGER NOT NULL CHECK (passed IN (0, 1))\n"
+    ") STRICT;\n"
+    "CREATE INDEX check_reading_newest ON check_reading(instrument, seq);\n";
+
+static const char step_3_triggers[] =
+    "CREATE TRIGGER check_tile_kept BEFORE DELETE ON check_tile\n"
+    "BEGIN SELECT RAISE(ABORT, 'append-only'); END;\n"
+    "CREATE TRIGGER check_tile_fixed BEFORE UPDATE ON check_tile\n"
+    "BEGIN SELECT RAISE(ABORT, 'append-only'); END;\n"
+    "CREATE TRIGGER check_reading_kept BEFORE DELETE ON check_reading\n"
+    "BEGIN SELECT RAISE(ABORT, 'append-only'); END;\n"
+    "CREATE TRIGGER check_reading_fixed BEFORE UPDATE ON check_reading\n"
+    "BEGIN SELECT RAISE(ABORT, 'append-only'); END;\n";
+
 const struct station_step station_steps[] = {
     { 1, { step_1_station, step_1_measurement, step_1_match, step_1_triggers } },
     { 2, { step_2_owner } },
+    { 3, { step_3_check, step_3_triggers } },
 };
 const size_t station_steps_n = sizeof station_steps / sizeof *station_steps;
 

@@ -191,7 +191,11 @@ static enum status read_ids(struct store *store)
     sqlite3_stmt *select;
     enum status s = sql_prepare(store->db,
                                 "SELECT id FROM (SELECT id FROM measurement ORDER BY seq DESC"
-                                " LIMIT 1) UNION ALL SELECT max(id) FROM calibration",
+                                " LIMIT 1) UNION ALL SELECT max(id) FROM calibration"
+                                " UNION ALL SELECT id FROM (SELECT id FROM check_tile"
+                                " ORDER BY seq DESC LIMIT 1)"
+                                " UNION ALL SELECT id FROM (SELECT id FROM check_reading"
+                                " ORDER BY seq DESC LIMIT 1)",
                                 &select);
     int stepped = SQLITE_DONE;
     while (s == STATUS_OK && (stepped = sqlite3_step(select)) == SQLITE_ROW)

@@ -5,11 +5,12 @@
  *   store_damage   what a file is by its bytes; moving aside; beginning anew
  *   store          groups, jobs, the clock
  *   store_keeper   checkpoints
- *   store_write    records, calibrations, subjects, uuids
+ *   store_write    records, calibrations, subjects, uuids;  store_check_write  check tiles
  *   store_row      one row as SQL values and as a dump
  *   store_record   a record as rows;  store_record_read  and back
  *   store_forget   erasing a person
- *   store_read     readers;  store_list  what they list;  store_verify  what they verify */
+ *   store_read     readers;  store_list  what they list;  store_verify  what they verify;
+ *   store_check_read  check tiles */
 #ifndef SKINSPEC_DB_STORE_PRIVATE_H
 #define SKINSPEC_DB_STORE_PRIVATE_H
 
@@ -50,6 +51,13 @@ enum store_statement {
     SQL_ADD_UUID,
     SQL_PRUNE,
     SQL_HIGHEST_FENCE,
+    SQL_FIND_CHECK_TILE,
+    SQL_ADD_CHECK_TILE,
+    SQL_GET_CHECK_TILE,
+    SQL_NEXT_CHECK_TILE,
+    SQL_NEXT_CHECK,
+    SQL_ADD_CHECK,
+    SQL_GET_CHECK,
     STORE_STATEMENTS
 };
 
@@ -145,6 +153,26 @@ enum status store_find_aside(const char *folder, char name[STORE_TEXT_SIZE]);
 /* To read what can be read of it; leaves the file as it is. */
 enum status store_connect_aside(const char *path, sqlite3 **ret);
 
+/* ---- store_write.c ------------------------------------------------------------------ */
+
+/* The time of a job, and an id where it needs one. */
+struct store_stamp {
+    char at[STORE_TIME_SIZE], id[STORE_UUID_SIZE];
+    int64_t ms;
+};
+enum status store_stamp_id(struct store *store, struct store_stamp *ret);
+
+/* `s`, with the member that it is about. */
+enum status store_refuse(struct store *store, const char *member, enum status s);
+
+/* The id is bound to `find`; STATUS_NOT_FOUND where that gives no row.  "" refers to nothing. */
+enum status store_must_exist(struct store *store, enum store_statement find, const char *id,
+                             const char *member);
+
+/* The instrument's row, added where it is new. */
+enum status store_instrument_key(struct store *store, const struct store_instrument *i,
+                                 int64_t *ret);
+
 /* ---- store_row.c -------------------------------------------------------------------- */
 
 /* A row of a table that the chain covers: its columns in order, borrowed until it is
@@ -175,6 +203,9 @@ struct store_record_keys {
     int64_t instrument, site; /* 0: none */
 };
 
+/* Values as a blob of 8 n bytes. */
+void store_values_write(const struct spectrum *s, unsigned char *bytes);
+
 /* Run SQL_ADD_MEASUREMENT and SQL_ADD_MATCH; each adds its row's digest. */
 enum status store_record_insert(sqlite3_stmt *insert, const struct store_record *record,
                                 const struct store_record_keys *keys,
@@ -199,8 +230,27 @@ void store_text_read(sqlite3_stmt *row, int column, char *text, size_t size);
 void store_text_bind(sqlite3_stmt *statement, int i, const char *text);
 double store_number_read(sqlite3_stmt *row, int column); /* NAN for NULL */
 
+/* A blob of n values, back: value[n].  False where it has another size. */
+bool store_values_read(sqlite3_stmt *row, int column, size_t n, double *value);
+
 /* Raw integers, malloc'ed; NULL and 0 for NULL. */
 enum status store_raw_read(sqlite3_stmt *row, int column, int32_t **ret, size_t *n);
+
+/* ---- store_check_read.c ------------------------------------------------------------- */
+
+/* The columns that the two functions below read, and what they are of. */
+#define STORE_CHECK_TILE_SELECT \
+    "SELECT i.driver, i.maker, i.model, i.serial, i.firmware, t.*" \
+    " FROM check_tile t LEFT JOIN instrument i ON i.id = t.instrument "
+#define STORE_CHECK_SELECT \
+    "SELECT i.driver, i.maker, i.model, i.serial, i.firmware, c.*" \
+    " FROM check_reading c JOIN instrument i ON i.id = c.instrument "
+
+/* STATUS_DAMAGED where the row holds what no check can. */
+struct store_check_tile;
+struct store_check;
+enum status store_check_tile_read(sqlite3_stmt *row, struct store_check_tile *ret);
+enum status store_check_read(sqlite3_stmt *row, struct store_check *ret);
 
 /* ---- store_read.c ------------------------------------------------------------------- */
 
@@ -221,6 +271,13 @@ enum reader_query {
     QUERY_SUBJECT,
     QUERY_SITE,
     QUERY_CALIBRATION,
+    QUERY_CHECK_TILE_BY_UUID,
+    QUERY_LAST_CHECK_TILE,
+    QUERY_CHECK_REFERENCE,
+    QUERY_NEXT_CHECK_TILE,
+    QUERY_CHECK_BY_UUID,
+    QUERY_NEXT_CHECK,
+    QUERY_LAST_CHECKS,
     READER_QUERIES
 };
 

@@ -12,6 +12,7 @@
 #include "db/station_schema.h"
 #include "db/store_private.h"
 
+#define OF_INSTRUMENT "i.driver = ?1 AND i.maker = ?2 AND i.model = ?3 AND i.serial = ?4"
 #define NEXT "m.seq > ?1 AND m.seq <= ?2 ORDER BY m.seq LIMIT 1"
 
 /* + keeps SQLite from the index of owners: a subject has fewer records than they. */
@@ -41,6 +42,25 @@ static const char *const query_sql[READER_QUERIES] = {
         " FROM instrument i JOIN calibration c ON c.instrument = i.id AND c.step = ?5"
         " WHERE i.driver = ?1 AND i.maker = ?2 AND i.model = ?3 AND i.serial = ?4"
         " ORDER BY c.id DESC LIMIT 1",
+    [QUERY_CHECK_TILE_BY_UUID] = STORE_CHECK_TILE_SELECT "WHERE t.uuid = ?",
+    [QUERY_LAST_CHECK_TILE] =
+        STORE_CHECK_TILE_SELECT "WHERE t.tile = ? ORDER BY t.seq DESC LIMIT 1",
+    [QUERY_CHECK_REFERENCE] =
+        STORE_CHECK_TILE_SELECT "WHERE t.tile = ?5 AND t.aperture_mm = ?6 AND"
+                                " (t.instrument IS NULL OR (" OF_INSTRUMENT "))"
+                                " ORDER BY t.seq DESC LIMIT 1",
+    [QUERY_NEXT_CHECK_TILE] =
+        STORE_CHECK_TILE_SELECT "WHERE t.seq = (SELECT max(seq) FROM check_tile WHERE tile ="
+                                " (SELECT min(tile) FROM check_tile WHERE tile > ?))",
+    [QUERY_CHECK_BY_UUID] = STORE_CHECK_SELECT "WHERE c.uuid = ?",
+    [QUERY_NEXT_CHECK] =
+        STORE_CHECK_SELECT "WHERE c.seq > ?6 AND (?5 IS NULL OR c.tile = ?5) AND"
+                           " (?1 IS NULL OR (" OF_INSTRUMENT ")) ORDER BY c.seq LIMIT 1",
+    [QUERY_LAST_CHECKS] =
+        STORE_CHECK_SELECT "WHERE c.seq > ?5 AND c.seq IN (SELECT max(n.seq) FROM"
+                           " check_reading n JOIN instrument i ON i.id = n.instrument WHERE"
+                           " " OF_INSTRUMENT " GROUP BY n.tile, n.aperture_mm)"
+                           " ORDER BY c.seq LIMIT 1",
 };
 
 /* ---- opening ------------------------------------------------------------------------ */

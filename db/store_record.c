@@ -61,6 +61,12 @@ static void put_values(struct writer *w, const struct spectrum *s)
     }
 }
 
+void store_values_write(const struct spectrum *s, unsigned char *bytes)
+{
+    struct writer w = { bytes };
+    put_values(&w, s);
+}
+
 static bool put_flags(struct writer *w, const struct spectrum *s)
 {
     bool any = false;

@@ -68,6 +68,16 @@ static double get_value(const unsigned char *bytes)
     return x;
 }
 
+bool store_values_read(sqlite3_stmt *row, int column, size_t n, double *value)
+{
+    const unsigned char *bytes = sqlite3_column_blob(row, column);
+    if (bytes == NULL || (size_t)sqlite3_column_bytes(row, column) != 8 * n)
+        return false;
+    for (size_t i = 0; i < n; i++)
+        value[i] = get_value(bytes + 8 * i);
+    return true;
+}
+
 /* One spectrum on the record's grid; no values: n = 0.  Flags are added later. */
 static void get_spectrum(const struct store_record *r, enum specular specular,
                          const unsigned char *values, struct spectrum *ret)

@@ -13,25 +13,19 @@
 #define DAY_MS INT64_C(86400000)
 enum { UUID_DAYS = 30 };
 
-/* The time of a job, and an id where it needs one. */
-struct stamp {
-    char at[STORE_TIME_SIZE], id[STORE_UUID_SIZE];
-    int64_t ms;
-};
-
-static void stamp_time(const struct store *store, struct stamp *ret)
+static void stamp_time(const struct store *store, struct store_stamp *ret)
 {
     ret->ms = store_now_ms(&store->clock);
     clock_text(ret->ms, ret->at);
 }
 
-static enum status stamp_id(struct store *store, struct stamp *ret)
+enum status store_stamp_id(struct store *store, struct store_stamp *ret)
 {
     stamp_time(store, ret);
     return uuid7_make(&store->ids, ret->ms, ret->id);
 }
 
-static enum status refuse(struct store *store, const char *member, enum status s)
+enum status store_refuse(struct store *store, const char *member, enum status s)
 {
     store->bad_member = member;
     return s;
@@ -39,9 +33,8 @@ static enum status refuse(struct store *store, const char *member, enum status s
 
 /* ---- what a row refers to ----------------------------------------------------------- */
 
-/* "" refers to nothing. */
-static enum status must_exist(struct store *store, enum store_statement find, const char *id,
-                              const char *member)
+enum status store_must_exist(struct store *store, enum store_statement find, const char *id,
+                             const char *member)
 {
     sqlite3_stmt *select = store->statement[find];
     if (*id == '\0')
@@ -50,7 +43,7 @@ static enum status must_exist(struct store *store, enum store_statement find, co
     int stepped = sqlite3_step(select);
     enum status s = sql_status(stepped);
     sqlite3_reset(select);
-    return stepped == SQLITE_DONE ? refuse(store, member, STATUS_NOT_FOUND) : s;
+    return stepped == SQLITE_DONE ? store_refuse(store, member, STATUS_NOT_FOUND) : s;
 }
 
 /* The id of a row whose values are bound to `find`; 0 where there is none. */
@@ -68,7 +61,7 @@ static enum status key_of(struct store *store, enum store_statement find, enum s
 {
     sqlite3_stmt *select = store->statement[find], *insert = store->statement[add];
     char entity[24];
-    struct stamp stamp;
+    struct store_stamp stamp;
     for (int i = 0; i < n; i++) { /* '' is a value here, not NULL */
         sqlite3_bind_text(select, i + 1, texts[i], -1, SQLITE_STATIC);
         sqlite3_bind_text(insert, i + 1, texts[i], -1, SQLITE_STATIC);
@@ -85,8 +78,8 @@ static enum status key_of(struct store *store, enum store_statement find, enum s
     return audit_append(&store->audit, stamp.at, "", action, entity);
 }
 
-static enum status instrument_key(struct store *store, const struct store_instrument *i,
-                                  int64_t *ret)
+enum status store_instrument_key(struct store *store, const struct store_instrument *i,
+                                 int64_t *ret)
 {
     const char *const texts[] = { i->driver, i->maker, i->model, i->serial, i->firmware };
     return key_of(store, SQL_FIND_INSTRUMENT, SQL_ADD_INSTRUMENT, AUDIT_INSTRUMENT, texts, 5, ret);
@@ -101,7 +94,7 @@ static bool has_instrument(const struct store_instrument *i)
 
 /* What store_add_record() gives out. */
 struct outcome {
-    struct stamp stamp;
+    struct store_stamp stamp;
     int64_t seq;
     bool known;
 };
@@ -123,7 +116,7 @@ static enum status find_retry(struct store *store, const struct store_record *re
         store_text_read(select, 2, ret->stamp.id, sizeof ret->stamp.id);
         store_text_read(select, 3, ret->stamp.at, sizeof ret->stamp.at);
         if (strcmp(parameters, record->parameters_sha256) != 0)
-            s = refuse(store, "uuid", STATUS_EXISTS);
+            s = store_refuse(store, "uuid", STATUS_EXISTS);
     }
     sqlite3_reset(select);
     return s;
@@ -131,11 +124,11 @@ static enum status find_retry(struct store *store, const struct store_record *re
 
 static enum status check_references(struct store *store, const struct store_record *record)
 {
-    enum status s = must_exist(store, SQL_FIND_SUBJECT, record->subject, "subject");
+    enum status s = store_must_exist(store, SQL_FIND_SUBJECT, record->subject, "subject");
     if (s == STATUS_OK)
-        s = must_exist(store, SQL_FIND_CALIBRATION, record->calibration_id, "calibration_id");
+        s = store_must_exist(store, SQL_FIND_CALIBRATION, record->calibration_id, "calibration_id");
     if (s == STATUS_OK)
-        s = must_exist(store, SQL_FIND_MEASUREMENT, record->corrects, "corrects");
+        s = store_must_exist(store, SQL_FIND_MEASUREMENT, record->corrects, "corrects");
     return s;
 }
 
@@ -153,7 +146,7 @@ static enum status insert_measurement(struct store *store, const struct store_re
     enum status s = next_seq(store);
     keys.seq = store->next_seq;
     if (s == STATUS_OK && has_instrument(&record->instrument))
-        s = instrument_key(store, &record->instrument, &keys.instrument);
+        s = store_instrument_key(store, &record->instrument, &keys.instrument);
     if (s == STATUS_OK && *site != '\0')
         s = key_of(store, SQL_FIND_SITE, SQL_ADD_SITE, AUDIT_SITE, &site, 1, &keys.site);
     if (s == STATUS_OK)
@@ -185,7 +178,7 @@ static enum status insert_record(struct store *store, const struct store_record 
         return s;
     s = check_references(store, record);
     if (s == STATUS_OK)
-        s = stamp_id(store, &ret->stamp);
+        s = store_stamp_id(store, &ret->stamp);
     if (s == STATUS_OK)
         s = insert_measurement(store, record, ret, &digests);
     if (s == STATUS_OK && record->match_json[0] != '\0')
@@ -204,7 +197,7 @@ enum status store_add_record(struct store *store, struct store_record *record, b
     const char *misfit = store_record_misfit(record);
     store->bad_member = NULL;
     if (misfit != NULL)
-        return refuse(store, misfit, STATUS_RANGE);
+        return store_refuse(store, misfit, STATUS_RANGE);
     enum status s = store_job_begin(store);
     if (s != STATUS_OK)
         return s;
@@ -221,13 +214,13 @@ enum status store_add_record(struct store *store, struct store_record *record, b
 /* ---- calibrations ------------------------------------------------------------------- */
 
 static enum status insert_calibration(struct store *store, const struct store_calibration *c,
-                                      struct stamp *stamp)
+                                      struct store_stamp *stamp)
 {
     sqlite3_stmt *insert = store->statement[SQL_ADD_CALIBRATION];
     int64_t instrument;
-    enum status s = instrument_key(store, &c->instrument, &instrument);
+    enum status s = store_instrument_key(store, &c->instrument, &instrument);
     if (s == STATUS_OK)
-        s = stamp_id(store, stamp);
+        s = store_stamp_id(store, stamp);
     if (s != STATUS_OK)
         return s;
     store_text_bind(insert, 1, stamp->id);
@@ -247,7 +240,7 @@ static enum status insert_calibration(struct store *store, const struct store_ca
 
 enum status store_add_calibration(struct store *store, struct store_calibration *calibration)
 {
-    struct stamp stamp;
+    struct store_stamp stamp;
     enum status s = store_job_begin(store);
     if (s == STATUS_OK)
         s = store_job_end(store, "keep a calibration",
@@ -266,7 +259,7 @@ static enum status insert_subject(struct store *store, const struct store_subjec
 {
     sqlite3_stmt *insert = store->statement[SQL_ADD_SUBJECT];
     sqlite3_stmt *person = store->statement[SQL_ADD_PERSON];
-    struct stamp stamp;
+    struct store_stamp stamp;
     enum status s = uuid4_make(id);
     if (s != STATUS_OK)
         return s;

@@ -185,9 +185,10 @@ static double counts_of(double reflectance)
     return fmin(fmax(counts, 0.0), FULL_SCALE);
 }
 
-/* One spot through port and sphere; each shot has a stream of chance of its own. */
+/* One spot through port and sphere; each shot has a stream of chance of its own.  drifted: what
+ * the level was multiplied by since the calibration. */
 static void expose(const struct device *d, size_t shot, uint64_t stream, double aperture_mm,
-                   struct answer *a)
+                   double drifted, struct answer *a)
 {
     const struct options *o = &d->options;
     struct chance chance = chance_of((uint64_t)o->seed, stream);
@@ -198,7 +199,7 @@ static void expose(const struct device *d, size_t shot, uint64_t stream, double 
     for (size_t i = 0; i < d->grid.n; i++) {
         double nm = d->grid.first_nm + (double)i * d->grid.step_nm;
         double diffuse = R[i] * skin_port_share(aperture_mm, nm) * placed;
-        double gain = 1.0 + d->level + d->tilt * (nm - 550.0) / 150.0;
+        double gain = (1.0 + d->level + d->tilt * (nm - 550.0) / 150.0) * drifted;
         double sci = (diffuse + skin_surface(o->surface, nm)) * gain;
         a->sce[i] = counts_of(diffuse * gain + o->noise * chance_gauss(&chance));
         a->sci[i] = counts_of(sci + o->noise * chance_gauss(&chance));
@@ -285,7 +286,8 @@ void device_measure(struct device *d, struct answer *ret)
     if (!flash(d, ret))
         return;
     add_state(d, ret);
-    expose(d, d->shots, d->shots, d->aperture_mm, ret);
+    expose(d, d->shots, d->shots, d->aperture_mm,
+           fmax(1.0 + d->options.drift * (double)d->shots_since_white, 0.0), ret);
     spoil(d, ret);
     d->shots++;
     d->shots_since_white++;
@@ -312,6 +314,6 @@ void device_read_sample(struct device *d, size_t i, struct answer *ret)
         return;
     }
     add_state(d, ret);
-    expose(d, i, SAMPLE_STREAM + i, DEVICE_SAMPLE_APERTURE_MM, ret);
+    expose(d, i, SAMPLE_STREAM + i, DEVICE_SAMPLE_APERTURE_MM, 1.0, ret);
     spoil(d, ret);
 }

@@ -56,6 +56,7 @@ static const struct option {
     { "noise", KIND_NUMBER, AT(noise), 0, 0.1 },
     { "placement", KIND_NUMBER, AT(placement), 0, 0.2 },
     { "unit", KIND_NUMBER, AT(unit), 0, 0.1 },
+    { "drift", KIND_NUMBER, AT(drift), -0.1, 0.1 },
     { "speed", KIND_SPEED, AT(speed), 0.1, 1000 },
     { "shot_ms", KIND_NUMBER, AT(shot_ms), 0, 60000 },
     { "charge_ms", KIND_NUMBER, AT(charge_ms), 0, 60000 },

@@ -57,7 +57,7 @@ struct options {
     double Cm, Bm, Ch, epidermis_mm;
     char spectra[OPTIONS_PATH_SIZE]; /* "": a computed skin */
     double replicates, pressure, surface;
-    double seed, noise, placement, unit;
+    double seed, noise, placement, unit, drift;
     double speed; /* INFINITY: instant */
     double shot_ms, charge_ms, calibrate_ms, slow_ms;
     double calibration_shots, calibration_minutes;

@@ -28,6 +28,8 @@
  *                                                        reflectance of 0.4, as skin repeats
  *   unit              0..0.1                  0.004      sd of what makes one serial number
  *                                                        differ from another: level and tilt
+ *   drift             -0.1..0.1               0          what each shot since the calibration adds
+ *                                                        to the level of the next, as a share
  *   time, in ms
  *   speed             0.1..1000, instant      1          divides all of the following
  *   shot_ms           0..60000                600

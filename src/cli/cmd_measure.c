@@ -12,7 +12,6 @@
 #include "cli/measurement.h"
 #include "cli/member.h"
 #include "cli/options.h"
-#include "cli/prompt.h"
 #include "cli/record_out.h"
 #include "cli/remote.h"
 #include "db/store.h"
@@ -148,19 +147,6 @@ static error_t parse(int key, char *text, struct argp_state *state)
     return 0;
 }
 
-/* Guided where it is due and somebody is there to be guided. */
-static bool make_ready(struct remote *remote, const cJSON *instrument)
-{
-    const struct guide guide = { .to = stderr };
-    if (!guide_is_due(instrument))
-        return true;
-    if (prompt_is_possible())
-        return guide_calibrate(remote, instrument, &guide);
-    log_error("a calibration is due, and standard input is no terminal to guide somebody at; run "
-              "'skinspec calibrate' first");
-    return false;
-}
-
 /* The record, or NULL.  What was taken under the lease ends with it in every case. */
 static cJSON *take(struct remote *remote, const struct arguments *a, const char *name)
 {
@@ -169,7 +155,7 @@ static cJSON *take(struct remote *remote, const struct arguments *a, const char 
     cJSON *subscribed = remote_subscribe(remote, 1u << EVENT_LEASE | 1u << EVENT_MEASUREMENT, -1);
     if (subscribed != NULL && instrument_acquire(remote, name, a->wait))
         instrument = instrument_choose(remote, name, &exit_status);
-    if (instrument != NULL && make_ready(remote, instrument))
+    if (instrument != NULL && guide_ready(remote, instrument))
         record = measurement_take(remote, instrument, &a->measurement);
     if (instrument != NULL)
         instrument_release(remote);

@@ -60,11 +60,11 @@ static error_t parse(int key, char *text, struct argp_state *state)
 }
 
 /* The members that tell a person what happened, in this order. */
-static const char *const told[] = { "instrument", "model",      "serial", "state",  "step",
-                                    "due",        "cause",      "place",  "fence",  "position",
-                                    "shot",       "replicates", "prompt", "reason", "message",
-                                    "store",      "sound",      "table",  "error",  "uuid",
-                                    "id",         "seq" };
+static const char *const told[] = {
+    "instrument", "model", "serial",     "state",  "step",   "due",     "cause", "place", "fence",
+    "position",   "shot",  "replicates", "prompt", "reason", "message", "tile",  "dE00",  "limit",
+    "passed",     "drift", "store",      "sound",  "table",  "error",   "uuid",  "id",    "seq"
+};
 
 static void print_members(const cJSON *data)
 {

@@ -4,6 +4,7 @@
 
 /* Each returns the exit status: 0 done, 1 failed; usage errors exit with 2. */
 int cmd_calibrate(int argc, char **argv);
+int cmd_check(int argc, char **argv);
 int cmd_coefficients(int argc, char **argv);
 int cmd_convert(int argc, char **argv);
 int cmd_demo(int argc, char **argv);

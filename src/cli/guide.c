@@ -97,8 +97,9 @@ static void tell_step(FILE *to, const char *step, const cJSON *state)
 
 /* ---- doing -------------------------------------------------------------------------- */
 
-/* Enter, with the lease kept meanwhile; events are passed over. */
-static bool wait_for_enter(struct remote *remote, FILE *to)
+/* Enter, with the lease kept meanwhile; events are passed over.  undone: what is not done where
+ * nobody answers. */
+static bool wait_for_enter(struct remote *remote, FILE *to, const char *undone)
 {
     const struct remote_watch watch = { STDIN_FILENO, -1, -1 };
     struct prompt prompt = { .n = 0 };
@@ -116,7 +117,7 @@ static bool wait_for_enter(struct remote *remote, FILE *to)
                 return true;
             if (line == PROMPT_END) {
                 fputc('\n', to);
-                log_error("not calibrated: standard input has ended");
+                log_error("not %s: standard input has ended", undone);
                 return false;
             }
         } else {
@@ -166,7 +167,7 @@ bool guide_calibrate(struct remote *remote, const cJSON *instrument, const struc
             continue;
         while (good && outcome == AGAIN) {
             tell_step(guide->to, step_names[i], state);
-            good = guide->yes || wait_for_enter(remote, guide->to);
+            good = guide->yes || wait_for_enter(remote, guide->to, "calibrated");
             if (good)
                 outcome = make(remote, step_names[i], guide, &calibration);
         }
@@ -174,4 +175,22 @@ bool guide_calibrate(struct remote *remote, const cJSON *instrument, const struc
     }
     cJSON_Delete(calibration);
     return good;
+}
+
+bool guide_ready(struct remote *remote, const cJSON *instrument)
+{
+    const struct guide guide = { .to = stderr };
+    if (!guide_is_due(instrument))
+        return true;
+    if (prompt_is_possible())
+        return guide_calibrate(remote, instrument, &guide);
+    log_error("a calibration is due, and standard input is no terminal to guide somebody at; run "
+              "'skinspec calibrate' first");
+    return false;
+}
+
+bool guide_place(struct remote *remote, FILE *to, const char *what)
+{
+    fprintf(to, "%s\n", what);
+    return wait_for_enter(remote, to, "measured");
 }

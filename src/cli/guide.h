@@ -30,4 +30,11 @@ const char *guide_duration(double seconds, char text[GUIDE_TIME_SIZE]);
  * for again, unless nobody is asked.  False: logged, or the person gave up. */
 bool guide_calibrate(struct remote *remote, const cJSON *instrument, const struct guide *guide);
 
+/* What is due before a measurement, with a person at the terminal.  False: logged; so is that
+ * something is due and nobody is there to be guided. */
+bool guide_ready(struct remote *remote, const cJSON *instrument);
+
+/* Say what to do and wait for Enter, the lease kept meanwhile.  False: logged, nobody answers. */
+bool guide_place(struct remote *remote, FILE *to, const char *what);
+
 #endif

@@ -34,6 +34,17 @@ static void print_use(const cJSON *instrument)
     putchar('\n');
 }
 
+static void print_check(const cJSON *check)
+{
+    if (member_text(check, "tile")[0] == '\0')
+        return;
+    bool passed = member_true(check, "passed");
+    printf("%16s  check of tile %s %s at %s, dE00 %.2f of %g%s\n", "", member_text(check, "tile"),
+           passed ? "passed" : "FAILED", member_text(check, "taken_at"),
+           member_number(check, "dE00"), member_number(check, "limit"),
+           passed ? "" : ": records are flagged 'drift' until one passes");
+}
+
 static void print_needs(const cJSON *instrument)
 {
     char text[GUIDE_TIME_SIZE];
@@ -75,5 +86,6 @@ void instrument_out(const cJSON *instruments)
                with_unit(member_number(one, "battery_percent"), "%", battery));
         print_use(one);
         print_needs(one);
+        print_check(member(one, "check"));
     }
 }

@@ -30,6 +30,7 @@ static const struct command {
     { "table2", "", "the paper's Table 2, recomputed beside the print", cmd_table2 },
     { "measure", "[--site TEXT]...", "a reading through the station", cmd_measure },
     { "calibrate", "", "zero and white, step by step", cmd_calibrate },
+    { "check", "[--tile NAME]", "has an instrument drifted? against a check tile", cmd_check },
     { "devices", "", "the station's instruments and what they need", cmd_devices },
     { "status", "", "how the station is", cmd_status },
     { "watch", "[--topics A,B]", "the station's events as they come", cmd_watch },

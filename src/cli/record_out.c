@@ -26,6 +26,7 @@ static const struct {
     { "redness_falls", "the skin blanched under the probe; lift it and press more lightly" },
     { "single", "only one shot: nothing is known of its spread" },
     { "calibration_old", "a calibration was due when this was measured" },
+    { "drift", "the last check of the instrument against its tile failed ('skinspec check')" },
     { "lease_expired", "the instrument was no longer held when the last shot came" },
     { "battery_low", "the instrument's battery is low; charge it" },
     { "lamp_weak", "the instrument's lamp flashed weakly" },

@@ -71,6 +71,43 @@ cJSON *bench_calibration_json(const struct bench *bench)
     return steps;
 }
 
+/* ---- checks ------------------------------------------------------------------------- */
+
+static double aperture_of(const struct bench *bench)
+{
+    return bench->identity.aperture_mm[bench->setup.aperture];
+}
+
+bool bench_drift(const struct bench *bench)
+{
+    return checks_drift(&bench->checks, aperture_of(bench));
+}
+
+static void add_checked(cJSON *object, const struct checked *checked)
+{
+    cJSON_AddStringToObject(object, "tile", checked->tile);
+    cJSON_AddNumberToObject(object, "dE00", checked->dE00);
+    cJSON_AddNumberToObject(object, "limit", checked->limit_dE00);
+    cJSON_AddBoolToObject(object, "passed", checked->passed);
+}
+
+void bench_note_check(struct bench *bench, struct checked *checked)
+{
+    bool before = bench_drift(bench);
+    cJSON *data = bench_named(bench), *change = bench_named(bench);
+    cJSON_AddStringToObject(data, "id", checked->id);
+    add_checked(data, checked);
+    cJSON_AddStringToObject(change, "tile", checked->tile);
+    checks_note(&bench->checks, checked);
+    bool now = bench_drift(bench);
+    station_tell(bench->station, EVENT_CALIBRATION, "checked", data);
+    cJSON_AddBoolToObject(change, "drift", now);
+    if (now != before)
+        station_tell(bench->station, EVENT_CALIBRATION, "drift", change);
+    else
+        cJSON_Delete(change);
+}
+
 /* ---- how it stands ------------------------------------------------------------------ */
 
 static const char *state_name(const struct bench *bench)
@@ -141,6 +178,16 @@ static void add_shot(cJSON *object, const struct bench *bench)
         cJSON_AddBoolToObject(object, "user_calibration", set->user_calibration);
 }
 
+static void add_check(cJSON *object, const struct bench *bench)
+{
+    const struct checked *shown = checks_shown(&bench->checks, aperture_of(bench));
+    if (shown == NULL)
+        return;
+    cJSON *check = cJSON_AddObjectToObject(object, "check");
+    cJSON_AddStringToObject(check, "taken_at", shown->taken_at);
+    add_checked(check, shown);
+}
+
 static void add_status(cJSON *object, const struct bench *bench)
 {
     if (bench->status.battery_percent >= 0)
@@ -172,6 +219,7 @@ cJSON *bench_json(struct bench *bench)
         add_setup(object, bench);
         add_shot(object, bench);
         json_give_member(object, "calibration", bench_calibration_json(bench));
+        add_check(object, bench);
     }
     if (bench->open)
         add_status(object, bench);
@@ -413,6 +461,7 @@ void bench_forget(struct bench *bench)
 void bench_close(struct bench *bench)
 {
     sd_event_source_disable_unref(bench->lease_timer);
+    checks_forget(&bench->checks);
     free(bench);
 }
 

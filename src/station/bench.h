@@ -7,6 +7,7 @@
 #define SKINSPEC_STATION_BENCH_H
 
 #include "station/calibration.h"
+#include "station/checks.h"
 #include "station/lease.h"
 #include "station/station.h"
 #include "station/ticket.h"
@@ -40,8 +41,10 @@ struct bench {
     struct calibration_made made[CALIBRATION_STEPS];
     char calibration_id[CALIBRATION_STEPS][STORE_UUID_SIZE];
     char calibrated_at[CALIBRATION_STEPS][STORE_TIME_SIZE];
+    struct checks checks;
+    unsigned recalls;                /* of calibrations and checks, that are under way */
     bool was_due[CALIBRATION_STEPS]; /* as told by events */
-    bool at_work;                    /* calibrating or being configured */
+    bool at_work;                    /* calibrating, measuring a check tile or being configured */
     const char *told_state;          /* by events */
     struct run *run;                 /* NULL: none */
 };
@@ -92,10 +95,16 @@ bool bench_is_free(const struct bench *bench, struct refusal *refusal);
 bool bench_is_ending(const struct bench *bench);
 struct refusal bench_refusal(const struct driver_error *error);
 
-/* Ask the store for the calibrations of earlier runs (bench_recall.c).  Nothing is asked
- * while the instrument is not known. */
+/* Whether checks say so of the port that is set: its records carry the flag then. */
+bool bench_drift(const struct bench *bench);
+void bench_note_check(struct bench *bench, struct checked *checked); /* given away; told */
+
+/* Ask the store for the calibrations and checks of earlier runs (bench_recall.c).  Nothing is
+ * asked while the instrument is not known.  Until all answers are there, a measurement waits:
+ * it might lack a flag. */
 void bench_recall(struct bench *bench);
-void bench_forget_calibrations(struct bench *bench); /* the store has no such rows any more */
+/* And checks: the store has no such rows any more, or it is another unit. */
+void bench_forget_calibrations(struct bench *bench);
 
 /* As the records name it. */
 struct store_instrument bench_instrument(const struct bench *bench);

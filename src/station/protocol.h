@@ -39,6 +39,9 @@ enum {
     X(MEASURE_START, "measure.start") \
     X(MEASURE_NEXT, "measure.next") \
     X(MEASURE_CANCEL, "measure.cancel") \
+    X(CHECK_TAKE, "check.take") \
+    X(CHECK_SET, "check.set") \
+    X(CHECK_LIST, "check.list") \
     X(MATCH_SPECTRUM, "match.spectrum") \
     X(RECORD_GET, "record.get") \
     X(RECORD_LIST, "record.list") \
@@ -100,6 +103,7 @@ enum {
     X(MEASUREMENT_NOT_WAITING, "measurement_not_waiting") \
     X(MEASUREMENT_CANCELLED, "measurement_cancelled") \
     X(MEASUREMENT_FAILED, "measurement_failed") \
+    X(REFERENCE_MISSING, "reference_missing") \
     X(UUID_REUSED, "uuid_reused") \
     X(SURFACE_NEEDED, "surface_needed") \
     X(SPECTRUM_UNSUITABLE, "spectrum_unsuitable") \

@@ -20,6 +20,7 @@ static const struct {
     { "redness_falls", "the skin blanches under the probe; lift it and press more lightly" },
     { "single", "only one replicate: take three to know the spread" },
     { "calibration_old", "the calibration was due when this was measured" },
+    { "drift", "the instrument's last check against its tile failed; calibrate, then check again" },
 };
 
 const char *quality_flag_name(size_t i)

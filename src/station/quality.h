@@ -26,8 +26,9 @@ enum quality_flag {
     QUALITY_REDNESS_FALLS = 1 << 8,    /* a* falls from shot to shot: the probe blanches */
     QUALITY_SINGLE = 1 << 9,           /* one replicate: nothing is known of its spread */
     QUALITY_CALIBRATION_OLD = 1 << 10, /* set by the station: measured under policy `warn` */
+    QUALITY_DRIFT = 1 << 11,           /* set by the station: a check tile says so (checks.h) */
 };
-enum { QUALITY_FLAGS = 11 };
+enum { QUALITY_FLAGS = 12 };
 #define QUALITY_REFUSED \
     (QUALITY_WRONG_BANDS | QUALITY_NOT_FINITE | QUALITY_OUT_OF_RANGE | QUALITY_ALL_ZERO | \
      QUALITY_WHITE_BLACK_SWAPPED)

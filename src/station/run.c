@@ -235,7 +235,8 @@ static void finish(struct run *run)
     struct bench *bench = run->bench;
     struct calibration_state state = bench_calibration(bench);
     struct refusal refusal;
-    unsigned extra = state.good ? 0 : QUALITY_CALIBRATION_OLD;
+    unsigned extra =
+        (state.good ? 0 : QUALITY_CALIBRATION_OLD) | (bench_drift(bench) ? QUALITY_DRIFT : 0);
     if (!measuring_finish(&run->measuring, extra, run->record, &refusal)) {
         fail(run, &refusal);
         return;
@@ -388,7 +389,8 @@ void run_next(struct run *run)
 
 /* ---- its beginning ------------------------------------------------------------------ */
 
-bool run_calibration_allows(const struct bench *bench, const struct calibration_state *state)
+/* Whether every due step is one that the policy `warn` measures under. */
+static bool calibration_allows(const struct bench *bench, const struct calibration_state *state)
 {
     if (state->good || bench->station->settings->calibration_blocks)
         return state->good;
@@ -397,6 +399,22 @@ bool run_calibration_allows(const struct bench *bench, const struct calibration_
             state->due[i] != CALIBRATION_EARLIER_STEP)
             return false;
     return true;
+}
+
+bool run_is_calibrated(const struct bench *bench, struct refusal *refusal)
+{
+    struct calibration_state state = bench_calibration(bench);
+    if (calibration_allows(bench, &state))
+        return true;
+    for (size_t i = 0; i < CALIBRATION_STEPS; i++) {
+        if (state.due[i] == CALIBRATION_GOOD)
+            continue;
+        refusal_set(refusal, REASON_CALIBRATION_DUE, "%s: %s",
+                    driver_calibration_name((enum driver_calibration)i),
+                    calibration_due_text(state.due[i]));
+        break;
+    }
+    return false;
 }
 
 static void take_circumstances(struct run *run, const struct client *client,

@@ -63,7 +63,8 @@ void run_end(struct bench *bench, int64_t fence, enum run_cause cause);
 
 void run_table_changed(struct bench *bench); /* a load has ended */
 
-/* Whether every due step is one that the policy `warn` measures under. */
-bool run_calibration_allows(const struct bench *bench, const struct calibration_state *state);
+/* Whether the calibration is good, or due so that the policy `warn` measures all the same; false
+ * with *refusal. */
+bool run_is_calibrated(const struct bench *bench, struct refusal *refusal);
 
 #endif

@@ -14,6 +14,8 @@ serve serve_instrument_list, serve_instrument_configure, serve_instrument_calibr
 serve serve_instrument_acquire, serve_instrument_withdraw;
 serve serve_instrument_renew, serve_instrument_release;
 serve serve_measure_start, serve_measure_next, serve_measure_cancel; /* serve_measure.c */
+serve serve_check_take, serve_check_set;                             /* serve_check.c */
+serve serve_check_list;                                              /* serve_check_list.c */
 serve serve_match_spectrum;                                          /* serve_match.c */
 serve serve_record_get, serve_record_list, serve_record_export, serve_record_recompute;
 serve serve_subject_add, serve_subject_list, serve_subject_forget; /* serve_subject.c */

@@ -54,22 +54,6 @@ static bool measures(const struct bench *bench, const struct request *request,
     return false;
 }
 
-static bool is_calibrated(const struct bench *bench, struct refusal *refusal)
-{
-    struct calibration_state state = bench_calibration(bench);
-    if (run_calibration_allows(bench, &state))
-        return true;
-    for (size_t i = 0; i < CALIBRATION_STEPS; i++) {
-        if (state.due[i] == CALIBRATION_GOOD)
-            continue;
-        refusal_set(refusal, REASON_CALIBRATION_DUE, "%s: %s",
-                    driver_calibration_name((enum driver_calibration)i),
-                    calibration_due_text(state.due[i]));
-        break;
-    }
-    return false;
-}
-
 /* A default table that is missing is no hindrance: the record has no match then. */
 static bool has_table(struct station *station, const struct request *request,
                       struct refusal *refusal)
@@ -91,12 +75,12 @@ static void start(struct station *station, struct client *client, struct request
         return;
     }
     struct bench *bench = bench_of_lease(station, client, request, &refusal);
-    if (bench != NULL && bench_is_ending(bench)) {
+    if (bench != NULL && (bench_is_ending(bench) || bench->recalls > 0)) {
         station_park(station, client, request);
         return;
     }
     bool may = bench != NULL && bench_is_free(bench, &refusal) &&
-               measures(bench, request, &refusal) && is_calibrated(bench, &refusal) &&
+               measures(bench, request, &refusal) && run_is_calibrated(bench, &refusal) &&
                has_table(station, request, &refusal);
     if (!may)
         station_refuse(station, &ticket, &refusal);

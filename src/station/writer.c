@@ -124,6 +124,10 @@ static enum status run_in_group(struct store *store, struct write_job *job)
         return store_add_record(store, job->record, &job->known);
     case WRITE_CALIBRATION:
         return store_add_calibration(store, &job->calibration);
+    case WRITE_CHECK_TILE:
+        return store_add_check_tile(store, job->tile, &job->known);
+    case WRITE_CHECK:
+        return store_add_check(store, job->check, &job->known);
     default:
         return store_add_subject(store, job->subject, job->who);
     }

@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "db/store.h"
+#include "db/store_check.h"
 #include "station/job.h"
 
 enum { WRITER_GROUP_MAX = 256 };
@@ -18,6 +19,8 @@ enum write_kind {
     WRITE_RECORD,
     WRITE_CALIBRATION,
     WRITE_SUBJECT,
+    WRITE_CHECK_TILE,
+    WRITE_CHECK,
     /* Alone, between groups. */
     WRITE_OPEN, /* open the store, or see whether it can be written: `opened` out */
     WRITE_FORGET,
@@ -34,6 +37,8 @@ struct write_job {
     union {
         struct store_record *record; /* borrowed until done() */
         struct store_calibration calibration;
+        struct store_check_tile *tile; /* borrowed, as the next */
+        struct store_check *check;
         struct store_subject *subject; /* borrowed; FORGET reads its id alone */
         struct {
             char station_id[STORE_UUID_SIZE];
@@ -48,7 +53,7 @@ struct write_job {
     /* out */
     enum status status;  /* as in db/store.h; STATUS_READ_ONLY while there is no store to write */
     char bad_member[32]; /* with STATUS_NOT_FOUND, STATUS_RANGE */
-    bool known;          /* RECORD: the uuid was there */
+    bool known;          /* RECORD, CHECK_TILE, CHECK: the uuid was there */
     bool erased;         /* FORGET, FINISH_ERASING */
     bool restarted;      /* RESTART_WAL */
     bool moved;          /* OPEN, BEGIN_ANEW: why it is STATUS_IO; the files lost their names */

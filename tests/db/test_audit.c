@@ -293,7 +293,7 @@ static void test_bytes_by_chance(void)
     unsigned char *bytes = file_bytes(path, &size);
     unsigned long long before = content(&readable);
     TEST_ASSERT_TRUE(readable);
-    for (int i = 0; i < 400; i++) {
+    for (int i = 0; i < 800; i++) {
         size_t at = dice_below(&dice, size);
         unsigned char was = bytes[at];
         bytes[at] ^= (unsigned char)(1 + dice_below(&dice, 255));

@@ -37,16 +37,17 @@ static long long number(const char *sql)
     return x;
 }
 
-/* expect: DESIGN's list of tables, written by hand. */
-static const char *const tables[] = { "station",     "subject",     "subject_person", "site",
-                                      "instrument",  "calibration", "measurement",    "match",
-                                      "client_uuid", "audit",       "sync_peer" };
+/* expect: the list of tables, written by hand. */
+static const char *const tables[] = { "station",      "subject",     "subject_person", "site",
+                                      "instrument",   "calibration", "measurement",    "match",
+                                      "client_uuid",  "audit",       "sync_peer",      "check_tile",
+                                      "check_reading" };
 
 static void test_last_version(void)
 {
     TEST_ASSERT_EQUAL_INT(STATUS_OK, station_migrate(db, station_steps, station_steps_n));
     TEST_ASSERT_EQUAL_INT(STATION_APPLICATION_ID, number("PRAGMA application_id"));
-    TEST_ASSERT_EQUAL_INT(2, station_version());
+    TEST_ASSERT_EQUAL_INT(3, station_version());
     TEST_ASSERT_EQUAL_INT(station_version(), number("PRAGMA user_version"));
     TEST_ASSERT_EQUAL_INT(sizeof tables / sizeof *tables,
                           number("SELECT count(*) FROM sqlite_schema WHERE type = 'table'"));
@@ -58,6 +59,24 @@ static void test_last_version(void)
     /* Again: nothing to do. */
     TEST_ASSERT_EQUAL_INT(STATUS_OK, station_migrate(db, station_steps, station_steps_n));
     TEST_ASSERT_EQUAL_INT(0, heard_count());
+}
+
+/* From each version there was to this one: tables with rows in them stay as they are. */
+static void test_from_each_version(void)
+{
+    for (size_t from = 1; from < station_steps_n; from++) {
+        sqlite3 *file = db;
+        TEST_ASSERT_EQUAL_INT(SQLITE_OK, sqlite3_open(":memory:", &db));
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, station_migrate(db, station_steps, from));
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, sql_run(db, "INSERT INTO site VALUES (1, 'arm')"));
+        TEST_ASSERT_EQUAL_INT(from, number("PRAGMA user_version"));
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, station_migrate(db, station_steps, station_steps_n));
+        TEST_ASSERT_EQUAL_INT(station_version(), number("PRAGMA user_version"));
+        TEST_ASSERT_EQUAL_INT(1, number("SELECT count(*) FROM site"));
+        TEST_ASSERT_EQUAL_INT(0, number("SELECT count(*) FROM check_reading"));
+        sqlite3_close(db);
+        db = file;
+    }
 }
 
 /* ---- the documentation ----------------------------------------------------------------- */
@@ -123,6 +142,14 @@ static const struct refused_case {
     { "a match deleted", "DELETE FROM match" },
     { "a calibration changed", "UPDATE calibration SET step = ''" },
     { "a calibration deleted", "DELETE FROM calibration" },
+    { "a check changed", "UPDATE check_reading SET passed = 1" },
+    { "a check deleted", "DELETE FROM check_reading" },
+    { "a reference changed", "UPDATE check_tile SET limit_dE00 = 9" },
+    { "a reference deleted", "DELETE FROM check_tile" },
+    { "a check that half passed",
+      "INSERT INTO check_reading SELECT 2,'i','t','v',parameters_sha256,operator,instrument,"
+      "calibration,fence,tile,reference,aperture_mm,replicates,first_nm,step_nm,bands,spectrum,"
+      "dE00,rms,limit_dE00,2 FROM check_reading" },
     { "an audit row changed", "UPDATE audit SET who = 'nobody'" },
     { "an audit row deleted", "DELETE FROM audit" },
 };
@@ -138,6 +165,10 @@ static void test_refused_by_the_schema(void)
                     " VALUES (1,'m','t',0,0,'sce',400,10,1,x'00',0,1,2,3);"
                     "INSERT INTO match VALUES (1,'t','s','lab','{}');"
                     "INSERT INTO calibration VALUES ('c','t','b',0,1,'zero','','',8.0);"
+                    "INSERT INTO check_tile VALUES (1,'r','t','u','p','','tile','certificate',0.5,"
+                    "8.0,400.0,10.0,1,x'00',NULL,NULL,NULL);"
+                    "INSERT INTO check_reading VALUES (1,'k','t','u','p','',1,'c',1,'tile','r',8.0,"
+                    "1,400.0,10.0,1,x'00',0.7,0.1,0.5,0);"
                     "INSERT INTO audit VALUES (1,'t','w','a','e',NULL,x'00');"));
     for (size_t i = 0; i < sizeof refused_cases / sizeof *refused_cases; i++) {
         const struct refused_case *c = &refused_cases[i];
@@ -229,6 +260,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_last_version);
+    RUN_TEST(test_from_each_version);
     RUN_TEST(test_documented);
     RUN_TEST(test_refused_by_the_schema);
     RUN_TEST(test_from_nothing_and_from_the_middle);

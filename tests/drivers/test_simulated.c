@@ -372,6 +372,23 @@ static void test_units_differ_by_their_serial_number(void)
     TEST_ASSERT_TRUE(level[0] != level[1]);
 }
 
+/* Each shot since the calibration adds its share, and a calibration begins anew. */
+static void test_drift(void)
+{
+    open_calibrated("speed=instant,noise=0,placement=0,unit=0,drift=0.05,overdue=warn");
+    measure_it();
+    struct driver_reading first = reading;
+    for (int after = 1; after <= 3; after++) {
+        measure_it();
+        for (size_t i = 0; i < reading.sce.n; i++)
+            TEST_ASSERT_DOUBLE_WITHIN(1.2e-4, first.sce.value[i] * (1.0 + 0.05 * after),
+                                      reading.sce.value[i]);
+    }
+    calibrate_it();
+    measure_it();
+    TEST_ASSERT_EQUAL_DOUBLE_ARRAY(first.sce.value, reading.sce.value, reading.sce.n);
+}
+
 /* ---- played spectra -------------------------------------------------------------------------- */
 
 static void test_plays_the_example_row_by_row(void)
@@ -1072,6 +1089,7 @@ int main(void)
     RUN_TEST(test_default_noise_is_that_of_skin);
     RUN_TEST(test_seed);
     RUN_TEST(test_units_differ_by_their_serial_number);
+    RUN_TEST(test_drift);
     RUN_TEST(test_plays_the_example_row_by_row);
     RUN_TEST(test_plays_between_and_beyond_the_files_bands);
     RUN_TEST(test_plays_long_files);

@@ -61,6 +61,7 @@ static const struct number_case {
     { "noise", AT(noise), "0", "0.1", "-0.1", "0.11" },
     { "placement", AT(placement), "0", "0.2", "-0.1", "0.21" },
     { "unit", AT(unit), "0", "0.1", "-0.1", "0.11" },
+    { "drift", AT(drift), "-0.1", "0.1", "-0.11", "0.11" },
     { "speed", AT(speed), "0.1", "1000", "0.09", "1001" },
     { "shot_ms", AT(shot_ms), "0", "60000", "-1", "60001" },
     { "charge_ms", AT(charge_ms), "0", "60000", "-1", "60001" },
@@ -135,7 +136,7 @@ static const struct text_case {
     { "half a replicate", "replicates=1.5", "a whole number from 1 to 1000" },
     { "unknown: all are listed", "colour=red",
       "serial, model, cm, bm, ch, epidermis_mm, spectra, replicates, pressure, surface, seed, "
-      "noise, placement, unit, speed, shot_ms, charge_ms, calibrate_ms, slow_ms, "
+      "noise, placement, unit, drift, speed, shot_ms, charge_ms, calibrate_ms, slow_ms, "
       "calibration_shots, calibration_minutes, overdue, battery, drain, temperature, stored, "
       "button_ms, button_file, fault" },
     { "unknown: named", "colour=red", "'colour'" },

@@ -24,6 +24,8 @@ ABOUT = {
     "site.add": [("site", "id = CAST(? AS INTEGER)")],
     "instrument.add": [("instrument", "id = CAST(? AS INTEGER)")],
     "calibration.add": [("calibration", "id = ?")],
+    "check_tile.add": [("check_tile", "id = ?")],
+    "check.add": [("check_reading", "id = ?")],
     "measurement.add": [
         ("measurement", "id = ?"),
         ("match", "measurement = (SELECT seq FROM measurement WHERE id = ?)"),

@@ -81,13 +81,14 @@ class ProtocolDocs(unittest.TestCase):
         with open(os.path.join(ROOT, "src", "station", "bench.c"), encoding="utf-8") as file:
             reasons = re.findall(r"\[DRIVER_\w+\] = REASON_(INSTRUMENT_\w+)", file.read())
         self.assertGreater(len(reasons), 5)
-        for name in ("instrument.configure", "instrument.calibrate", "measure.start"):
+        for name in ("instrument.configure", "instrument.calibrate", "measure.start",
+                     "check.take", "check.set"):  # fmt: skip
             for reason in reasons:
                 self.assertIn(reason.lower(), self.doc["methods"][name]["errors"], name)
 
     def test_what_a_write_may_meet_is_listed(self):
-        for name in ("instrument.calibrate", "measure.start", "match.spectrum", "subject.add",
-                     "subject.forget", "store.begin_anew"):  # fmt: skip
+        for name in ("instrument.calibrate", "measure.start", "check.take", "check.set",
+                     "match.spectrum", "subject.add", "subject.forget", "store.begin_anew"):  # fmt: skip
             for reason in ("store_read_only", "store_full", "store_failed"):
                 self.assertIn(reason, self.doc["methods"][name]["errors"], name)
 

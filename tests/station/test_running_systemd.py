@@ -158,9 +158,13 @@ class Rights(Case):
 
     def test_what_each_may_do(self):
         subject = {"label": "of a test"}
+        grey = {"first_nm": 400, "step_nm": 10, "values": [0.5] * 31}
+        tile = {"uuid": new_uuid(), "tile": "grey", "spectrum": grey, "specular": "sce"}
         calls = [
             ("status.get", {}, "kiosk"),
             ("record.list", {}, "kiosk"),
+            ("check.list", {}, "kiosk"),
+            ("check.set", {**tile, "aperture_mm": 8}, "clinic"),
             ("subject.add", subject, "clinic"),
             ("subject.list", {}, "clinic"),
             ("record.export", {"format": "csv"}, "clinic"),
