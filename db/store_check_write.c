@@ -39,9 +39,9 @@ static enum status look_for_retry(struct store *store, enum store_statement get,
     return stepped == SQLITE_DONE ? STATUS_NOT_FOUND : sql_status(stepped);
 }
 
-static enum status same_request(struct store *store, const char *stored, const char *asked)
+static enum status same_request(struct store *store, bool same)
 {
-    return strcmp(stored, asked) == 0 ? STATUS_OK : store_refuse(store, "uuid", STATUS_EXISTS);
+    return same ? STATUS_OK : store_refuse(store, "uuid", STATUS_EXISTS);
 }
 
 /* ---- references and limits ---------------------------------------------------------- */
@@ -53,8 +53,10 @@ static enum status find_tile_retry(struct store *store, const struct store_check
     if (s == STATUS_OK)
         s = store_check_tile_read(store->statement[SQL_GET_CHECK_TILE], ret);
     sqlite3_reset(store->statement[SQL_GET_CHECK_TILE]);
-    return s == STATUS_OK ? same_request(store, ret->parameters_sha256, asked->parameters_sha256)
-                          : s;
+    if (s != STATUS_OK)
+        return s;
+    return same_request(store, ret->source == asked->source &&
+                                   strcmp(ret->parameters_sha256, asked->parameters_sha256) == 0);
 }
 
 static enum status insert_tile_row(struct store *store, const struct store_check_tile *t,
@@ -136,8 +138,9 @@ static enum status find_check_retry(struct store *store, const struct store_chec
     if (s == STATUS_OK)
         s = store_check_read(store->statement[SQL_GET_CHECK], ret);
     sqlite3_reset(store->statement[SQL_GET_CHECK]);
-    return s == STATUS_OK ? same_request(store, ret->parameters_sha256, asked->parameters_sha256)
-                          : s;
+    if (s != STATUS_OK)
+        return s;
+    return same_request(store, strcmp(ret->parameters_sha256, asked->parameters_sha256) == 0);
 }
 
 static enum status insert_check_row(struct store *store, const struct store_check *c,

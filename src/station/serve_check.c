@@ -61,8 +61,10 @@ static enum status find_retry(struct lookup *lookup, struct store_reader *reader
                                    : store_get_check(reader, order->check.uuid, &check);
     if (s != STATUS_OK)
         return s;
+    /* The lease is not among the parameters of a retry, and yet tells what was asked for. */
     if (strcmp(is_set(lookup) ? tile.parameters_sha256 : check.parameters_sha256,
-               order->tile.parameters_sha256) != 0)
+               order->tile.parameters_sha256) != 0 ||
+        (is_set(lookup) && tile.source != order->tile.source))
         return STATUS_EXISTS;
     *result = is_set(lookup) ? check_tile_json(&tile) : check_json(&check);
     return STATUS_OK;

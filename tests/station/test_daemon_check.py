@@ -270,6 +270,10 @@ class Asking(CheckCase):
                 c.call("check.take", lease=lease, uuid=uuid, **more)
         with self.refused("uuid_reused"):
             c.call("check.set", **{**setting, "limit": 3})
+        limit = {"uuid": new_uuid(), "tile": "white", "limit": 3}
+        c.call("check.set", **limit)
+        with self.refused("uuid_reused"):
+            c.call("check.set", **limit, lease=lease)
         c.close()
         daemon.restart()
         c = self.client()

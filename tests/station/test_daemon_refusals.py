@@ -259,6 +259,8 @@ class Requests(Case):
         """Valid where a method must have some."""
         uuid, lease = new_uuid(), {"lease": "abc"}
         return {
+            "check.take": {**lease, "uuid": uuid, "tile": "white"},
+            "check.set": {"uuid": uuid, "tile": "white", "limit": 1},
             "instrument.acquire": {"instrument": "simulated", "ttl_ms": 1000, "wait": False},
             "instrument.withdraw": {"instrument": "simulated"},
             "instrument.renew": {**lease, "ttl_ms": 1000},
@@ -286,7 +288,8 @@ class Requests(Case):
         holder, lease = self.ready()
         c = self.client()
         leased = [m for m in ("instrument.renew", "instrument.release", "instrument.configure",
-                              "instrument.calibrate", "measure.start", "measure.next", "measure.cancel")]  # fmt: skip
+                              "instrument.calibrate", "measure.start", "measure.next", "measure.cancel",
+                              "check.take", "check.set")]  # fmt: skip
         for method in leased:
             for what, name in (("nobody's", "abc"), ("another client's", lease)):
                 with self.subTest(method=method, lease=what), self.refused("lease_unknown"):
