@@ -47,12 +47,12 @@ static const char *const statement_sql[STORE_STATEMENTS] = {
     [SQL_FIND_CHECK_TILE] = "SELECT 1 FROM check_tile WHERE id = ?",
     [SQL_ADD_CHECK_TILE] = ("INSERT INTO check_tile VALUES "
                             "(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"),
-    [SQL_GET_CHECK_TILE] = STORE_CHECK_TILE_SELECT "WHERE t.uuid = ?",
+    [SQL_GET_CHECK_TILE] = (STORE_CHECK_TILE_SELECT "WHERE t.uuid = ?"),
     [SQL_NEXT_CHECK_TILE] = "SELECT coalesce(max(seq), 0) + 1 FROM check_tile",
     [SQL_NEXT_CHECK] = "SELECT coalesce(max(seq), 0) + 1 FROM check_reading",
     [SQL_ADD_CHECK] = ("INSERT INTO check_reading VALUES "
                        "(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"),
-    [SQL_GET_CHECK] = STORE_CHECK_SELECT "WHERE c.uuid = ?",
+    [SQL_GET_CHECK] = (STORE_CHECK_SELECT "WHERE c.uuid = ?"),
 };
 
 enum status store_prepare(struct store *store)

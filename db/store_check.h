@@ -63,8 +63,8 @@ struct store_check {
 /* ---- writing: as store_add_record() -------------------------------------------------- */
 
 /* A uuid that is there with the same parameters_sha256 (and source): *known is true and the row is
- * what was stored; with others STATUS_EXISTS.  STATUS_NOT_FOUND for a calibration or a reference that is
- * not there, STATUS_RANGE for a spectrum that is none: store_bad_member(). */
+ * what was stored; with others STATUS_EXISTS.  STATUS_NOT_FOUND for a calibration or a reference
+ * that is not there, STATUS_RANGE for a spectrum that is none: store_bad_member(). */
 enum status store_add_check_tile(struct store *store, struct store_check_tile *tile, bool *known);
 enum status store_add_check(struct store *store, struct store_check *check, bool *known);
 
