@@ -1,5 +1,6 @@
 /* test_station_run.c - a measurement within the station, and what may come in its way: a button
  * that fails, a lease that expires, requests for the same, the end of the station. */
+#include "station/parking.h"
 #include "tests/station/station_tools.h"
 
 static struct visitor visitor, other;
@@ -228,6 +229,28 @@ static void test_station_ends(void)
     TEST_ASSERT_TRUE(station_is_quiet(&station));
 }
 
+static bool is_parked(void)
+{
+    return station.parked != NULL;
+}
+
+/* It begins when the store has said what checks there were: the record might lack the flag. */
+static void test_waits_for_the_checks(void)
+{
+    static const struct store_check failed = { .seq = 1, .tile = "a", .aperture_mm = 8.0 };
+    begin(NULL, 60000);
+    struct bench *bench = station.benches[0];
+    bench->recalls++;
+    int id = say_start(&visitor, uuid, 1, "auto");
+    TEST_ASSERT_TRUE(comes(is_parked));
+    TEST_ASSERT_NULL(bench->run);
+    checks_note(&bench->checks, checked_make(&failed));
+    bench->recalls--;
+    station_serve_parked(&station);
+    TEST_ASSERT_EQUAL_INT(OUTCOME_RESULT, visitor_wait(&visitor, id));
+    TEST_ASSERT_NOT_NULL(strstr(visitor.answer, "\"drift\""));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -240,5 +263,6 @@ int main(void)
     RUN_TEST(test_joined);
     RUN_TEST(test_cancelled_and_begun_anew);
     RUN_TEST(test_station_ends);
+    RUN_TEST(test_waits_for_the_checks);
     return UNITY_END();
 }
