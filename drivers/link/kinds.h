@@ -20,12 +20,16 @@ enum driver_result link_open_usb(const struct link_wanted *wanted, struct link *
  *                     lies between is left out
  *   begin("status")   the station asks when it likes: the next unused one before the next other
  *                     call, else the last one before that again, else the first of all
- *   begin("wait...")  an unused one that brought bytes, before the next other call; else
- *                     everything is sent in vain and nothing comes until the deadline
+ *   begin("wait...")  the unused ones that brought bytes, before the next other call, one after
+ *                     the other: a station cuts its waits as it likes.  After them nothing comes
+ *                     until the deadline; what is sent then is answered as it was last in a wait
+ *                     before the next other call, or in vain
  *
- * Neither of the last two moves "here".  Within a segment what is sent must be what the capture
- * has, and on its channel, else DRIVER_PROTOCOL naming file and line; what came comes at
- * once, `~` is DRIVER_TIMEOUT at once and `!` that result.  A new link begins anew. */
+ * In a wait `~` is passed over by what is sent, a question that is not asked yet is silence, and
+ * `! cancelled` is nothing.  Neither of the last two moves "here".  Within a segment what is sent
+ * must be what the capture has, and on its channel, else DRIVER_PROTOCOL naming file and line; what
+ * came comes at once, `~` is DRIVER_TIMEOUT at once and `!` that result.  A new link begins anew.
+ */
 enum driver_result link_open_replay(const char *path, const struct link_wanted *wanted,
                                     struct link **ret, struct driver_error *error);
 

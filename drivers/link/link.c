@@ -8,12 +8,18 @@
 
 /* ---- opening ------------------------------------------------------------------------ */
 
+static const char replay[] = "replay:";
+
+bool link_is_replay(const char *address)
+{
+    return strncmp(address, replay, strlen(replay)) == 0;
+}
+
 static enum driver_result open_by_address(const struct link_wanted *wanted, struct link **ret,
                                           struct driver_error *error)
 {
-    static const char replay[] = "replay:";
     const char *address = wanted->address;
-    if (strncmp(address, replay, strlen(replay)) == 0)
+    if (link_is_replay(address))
         return link_open_replay(address + strlen(replay), wanted, ret, error);
     if (strcmp(address, "usb") == 0 || strncmp(address, "usb:", 4) == 0) {
         if (wanted->usb == NULL)

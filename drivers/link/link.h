@@ -15,6 +15,7 @@
 #ifndef SKINSPEC_DRIVERS_LINK_LINK_H
 #define SKINSPEC_DRIVERS_LINK_LINK_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -111,6 +112,10 @@ struct link_source {
  * model, an address of another kind, or one that two match.  The text says what to do. */
 enum driver_result link_open(const struct driver_options *options, const struct link_wanted *wanted,
                              struct link **ret, struct driver_error *error);
+
+/* Whether the address is a capture's, "replay:FILE": there is nobody at its button but the
+ * capture, and it says when. */
+bool link_is_replay(const char *address);
 
 /* ---- using -------------------------------------------------------------------------- */
 

@@ -22,7 +22,7 @@ struct replay {
     size_t here; /* segments before it are over */
 
     char *call;     /* begun last */
-    bool silent;    /* in a wait in which nothing happens */
+    bool silent;    /* in a wait that the capture has none of */
     bool none;      /* the capture has no such call */
     size_t at, end; /* lines of the segment that are left */
     size_t taken;   /* bytes of line `at` that were received already */
@@ -229,16 +229,96 @@ static bool is_cancelled(struct replay *replay, int64_t until_ms)
     return call_wait(replay->link.call, -1, until_ms) == CALL_CANCELLED;
 }
 
+/* ---- in a wait ------------------------------------------------------------------------ */
+
+static bool in_wait(const struct replay *replay)
+{
+    return replay->call != NULL && is_wait(replay->call);
+}
+
+static void enter(struct replay *replay, size_t segment)
+{
+    replay->segments[segment].used = true;
+    replay->at = replay->segments[segment].first;
+    replay->end = replay->segments[segment].end;
+    replay->taken = 0;
+}
+
+static bool is_cancellation(const struct capture_line *line)
+{
+    return line->kind == CAPTURE_FAILED &&
+           strcmp(line->text, driver_result_name(DRIVER_CANCELLED)) == 0;
+}
+
+/* What was one wait may have been several in the capture, cut short by what the station had to do;
+ * that somebody cancelled it then is no reason to end it now. */
+static const struct capture_line *next_of_wait(struct replay *replay)
+{
+    for (;;) {
+        const struct capture_line *line = next_line(replay);
+        if (line != NULL && is_cancellation(line)) {
+            replay->at++;
+        } else if (line != NULL) {
+            return line;
+        } else {
+            size_t more = replay->silent ? replay->n : find_wait(replay, replay->call);
+            if (more == replay->n)
+                return NULL;
+            enter(replay, more);
+        }
+    }
+}
+
+/* A driver that asks again and again while it waits is answered as it was last: the capture has
+ * as many questions as there was time for, and the replay another time. */
+static void answer_as_before(struct replay *replay, uint8_t channel, const void *bytes, size_t n)
+{
+    size_t other = next_other(replay);
+    for (size_t s = other; s-- > 0;) {
+        const struct segment *segment = &replay->segments[s];
+        size_t end = segment->end;
+        for (size_t i = segment->end; is_wait(segment->call) && i-- > segment->first;) {
+            const struct capture_line *line = &replay->file.lines[i];
+            if (line->kind != CAPTURE_SENT)
+                continue;
+            if (line->channel == channel && line->n == n && memcmp(line->bytes, bytes, n) == 0) {
+                replay->at = i + 1;
+                replay->end = end;
+                replay->taken = 0;
+                return;
+            }
+            end = i;
+        }
+    }
+}
+
+/* True where it was sent in vain or is answered as before. */
+static bool is_another_question(struct replay *replay, uint8_t channel, const void *bytes, size_t n)
+{
+    const struct capture_line *line = next_of_wait(replay);
+    while (line != NULL && line->kind == CAPTURE_SILENCE) { /* its time had not come then */
+        replay->at++;
+        line = next_of_wait(replay);
+    }
+    if (line != NULL)
+        return false;
+    answer_as_before(replay, channel, bytes, n);
+    return true;
+}
+
+/* ---- sending and receiving ---------------------------------------------------------- */
+
 static enum driver_result replay_send(struct link *link, uint8_t channel, const void *bytes,
                                       size_t n, int64_t deadline_ms, struct driver_error *error)
 {
     struct replay *replay = (struct replay *)link;
-    const struct capture_line *line = next_line(replay);
+    const struct capture_line *line;
     (void)deadline_ms;
     if (is_cancelled(replay, 0))
         return driver_fail(error, DRIVER_CANCELLED, NULL, "cancelled");
-    if (replay->silent)
+    if (in_wait(replay) && is_another_question(replay, channel, bytes, n))
         return DRIVER_OK;
+    line = next_line(replay);
     if (line != NULL && line->kind == CAPTURE_FAILED)
         return fail_as_captured(replay, line, error);
     if (line == NULL || line->kind != CAPTURE_SENT || line->channel != channel || line->n != n ||
@@ -286,15 +366,17 @@ static enum driver_result replay_receive(struct link *link, uint8_t channel, voi
                                          struct driver_error *error)
 {
     struct replay *replay = (struct replay *)link;
-    const struct capture_line *line = next_line(replay);
+    const struct capture_line *line = in_wait(replay) ? next_of_wait(replay) : next_line(replay);
     /* The rest of a wait is silent, too: its driver waits for longer than was captured. */
-    bool wait = replay->silent || (line == NULL && replay->call != NULL && is_wait(replay->call));
+    bool wait = in_wait(replay) && line == NULL;
     if (is_cancelled(replay, wait ? deadline_ms : 0))
         return driver_fail(error, DRIVER_CANCELLED, NULL, "cancelled");
     if (wait)
         return fail_silent(error);
     if (line != NULL && line->kind == CAPTURE_FAILED)
         return fail_as_captured(replay, line, error);
+    if (in_wait(replay) && line->kind == CAPTURE_SENT)
+        return fail_silent(error); /* it had been waited for long enough */
     if (line == NULL || line->kind == CAPTURE_SENT || line->channel != channel) {
         char wanted[64];
         snprintf(wanted, sizeof wanted, "a wait for bytes on channel %02x", channel);

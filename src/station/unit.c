@@ -6,6 +6,7 @@
 #include <time.h>
 
 #include "base/clock.h"
+#include "drivers/link/link.h"
 
 enum { FIRST_PAUSE_MS = 200, LONGEST_PAUSE_MS = 5000 };
 
@@ -74,7 +75,7 @@ static enum driver_result try_to_open(struct unit *u, struct driver_error *error
 static bool come_up(struct unit *u)
 {
     u->connection++;
-    u->watches_button = u->identity.has_button;
+    u->watches_button = u->identity.has_button && !u->replays;
     pthread_mutex_lock(&u->lock);
     u->down = false; /* before it is told: who hears of it may ask at once */
     pthread_mutex_unlock(&u->lock);
@@ -175,6 +176,7 @@ enum status unit_open(const struct driver *driver, const struct driver_options *
     init_locks(u);
     u->address = strdup(options->address != NULL ? options->address : "");
     u->options.address = u->address;
+    u->replays = u->address != NULL && link_is_replay(u->address);
     enum status s = u->address != NULL ? STATUS_OK : STATUS_NO_MEMORY;
     if (s == STATUS_OK && pthread_create(&u->thread, NULL, live, u) != 0)
         s = STATUS_IO;

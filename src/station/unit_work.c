@@ -79,13 +79,15 @@ static enum driver_result wait_for_press(struct unit *u, int64_t until_ms, bool 
 static enum driver_result do_wait(struct unit *u, struct unit_job *job)
 {
     bool earlier;
+    enum driver_result r = DRIVER_OK;
     int64_t until_ms = clock_monotonic_ms() + job->timeout_ms;
     if (!u->identity.has_button) {
         if (unit_wait_for(u, &u->cancelled, until_ms))
             return driver_fail(&job->error, DRIVER_CANCELLED, NULL, "cancelled");
         return DRIVER_OK;
     }
-    enum driver_result r = wait_for_press(u, 0, &earlier, &job->error);
+    if (!u->replays)
+        r = wait_for_press(u, 0, &earlier, &job->error);
     if (r == DRIVER_OK)
         r = wait_for_press(u, until_ms, &job->pressed, &job->error);
     return r;
@@ -176,7 +178,7 @@ static enum driver_result ask_status(struct unit *u, struct driver_error *error)
 {
     struct driver_status status;
     enum driver_result r = u->driver->status(u->instrument, &status, error);
-    u->watches_button = u->identity.has_button;
+    u->watches_button = u->identity.has_button && !u->replays;
     if (r != DRIVER_OK) {
         ask_status_in(u, UNIT_STATUS_MS);
         return r;
