@@ -167,6 +167,7 @@ struct driver {
     const char *name;                   /* "simulated", "km_ascii" */
     const char *description;            /* one line for --help */
     const struct driver_match *matches; /* ends with vid 0; NULL: by configuration alone */
+    bool has_no_wire;                   /* there are no bytes that could be captured */
 
     /* Open and identify.  On failure *ret is untouched. */
     enum driver_result (*open)(const struct driver_options *options, struct instrument **ret,

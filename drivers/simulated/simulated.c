@@ -421,6 +421,7 @@ static enum driver_result simulated_stored_read(struct instrument *in, size_t i,
 const struct driver simulated_driver = {
     .name = "simulated",
     .description = "an instrument that is not there: computed skin, faults on demand",
+    .has_no_wire = true,
     .open = simulated_open,
     .close = simulated_close,
     .cancel = simulated_cancel,

@@ -10,6 +10,7 @@
 #include "base/log.h"
 #include "base/utf8.h"
 #include "json/give.h"
+#include "station/asked.h"
 #include "station/run.h"
 #include "station/serve.h"
 #include "station/tell.h"
@@ -357,6 +358,7 @@ void bench_opened(struct bench *bench, const struct driver_identity *identity,
     bench->status = *status;
     bench->connection = bench->connections = connection;
     bench->error = (struct driver_error){ .result = DRIVER_OK };
+    asked_identity(bench);
     if (bench->station->store.told)
         bench_recall(bench);
     station_tell(bench->station, EVENT_INSTRUMENT, "connected", bench_json(bench));

@@ -21,7 +21,8 @@ struct bench {
     struct station *station;
     char name[BENCH_NAME_SIZE]; /* "": no bench, a place for one */
     const struct driver *driver;
-    struct unit *unit; /* of its seat; NULL while it has none */
+    struct unit *unit;       /* of its seat; NULL while it has none */
+    struct capture *capture; /* what its last seat's unit is recorded to; NULL: it is not */
 
     bool known;       /* it was opened once: identity and setup are set */
     bool provisional; /* it is there to show why something does not open */

@@ -9,6 +9,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "json/give.h"
+#include "station/asked.h"
 #include "station/params.h"
 #include "station/parking.h"
 #include "station/reading.h"
@@ -55,6 +56,7 @@ static void refuse_askers(struct run *run, const struct refusal *refusal)
 static void fail(struct run *run, const struct refusal *refusal)
 {
     cJSON *data = about(run, false);
+    asked_refused(run->bench, "measure", refusal);
     cJSON_AddStringToObject(data, "reason", reason_name(refusal->reason));
     cJSON_AddStringToObject(data, "message", refusal->detail);
     station_tell(run->bench->station, EVENT_MEASUREMENT, "failed", data);
@@ -81,6 +83,7 @@ static void finish_early(struct run *run)
     struct refusal refusal;
     cJSON *data = about(run, false);
     cJSON_AddStringToObject(data, "cause", cause_names[run->cause]);
+    asked_cancelled(run->bench, cause_names[run->cause]);
     station_tell(run->bench->station, EVENT_MEASUREMENT, "cancelled", data);
     refusal_set(&refusal, cause_reasons[run->cause], NULL);
     refuse_askers(run, &refusal);
@@ -145,6 +148,7 @@ static void stored(struct job *job)
         fail(run, &refusal);
         return;
     }
+    asked_record(run->bench, run->record);
     if (run->expired)
         refuse_expired(run);
     else
@@ -271,6 +275,8 @@ static void waited(struct job *job)
     if (run->ended) {
         finish_early(run);
     } else if (run->next || run->unit.pressed) {
+        if (!run->next)
+            asked_button(run->bench);
         shoot(run);
     } else if (run->unit.result == DRIVER_OK || run->unit.result == DRIVER_CANCELLED) {
         wait_for_operator(run);
@@ -381,6 +387,7 @@ static void shoot(struct run *run)
 void run_next(struct run *run)
 {
     run->next = true;
+    asked_next(run->bench);
     if (run->under_way)
         bench_cancel(run->bench); /* the wait for the button */
     else
@@ -467,6 +474,7 @@ struct run *run_begin(struct bench *bench, const struct client *client,
     take_circumstances(run, client, request, sha256);
     run->askers[run->askers_n++] = ticket_of(client, request);
     bench->run = run;
+    asked_measure(bench, request);
     cJSON *data = about(run, true);
     cJSON_AddNumberToObject(data, "replicates", (double)run->measuring.replicates);
     station_tell(bench->station, EVENT_MEASUREMENT, "started", data);

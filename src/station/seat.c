@@ -10,6 +10,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "drivers/registry.h"
+#include "station/asked.h"
 
 enum {
     LEAVING_MS = 300,     /* for the driver to notice by itself that it is gone, and say how */
@@ -26,8 +27,9 @@ struct seat {
     struct unit *unit;                    /* NULL: its thread has ended */
     uint64_t before;                      /* connections of its bench, before it came */
     bool configured, left;
-    sd_event_source *timer; /* of its leaving */
-    struct job farewell;    /* behind all that its thread has told */
+    struct capture *capture; /* NULL: not recorded */
+    sd_event_source *timer;  /* of its leaving */
+    struct job farewell;     /* behind all that its thread has told */
 };
 
 /* ---- names -------------------------------------------------------------------------- */
@@ -95,6 +97,7 @@ static void sit_down(struct seat *seat, struct bench *bench)
     seat->before = bench->connections;
     bench->unit = seat->unit;
     bench->connections_before = seat->before;
+    bench->capture = seat->capture;
 }
 
 /* The bench of that name, made where there is none; NULL where another unit sits there, or
@@ -239,6 +242,8 @@ static void status_changed(void *context, const struct driver_status *status)
 
 static void free_seat(struct seat *seat)
 {
+    if (seat->station->recording.seat == seat)
+        seat->station->recording.seat = NULL;
     sd_event_source_disable_unref(seat->timer);
     free(seat);
 }
@@ -279,6 +284,22 @@ static int leave(sd_event_source *source, uint64_t now_us, void *userdata)
     return 0;
 }
 
+/* One instrument at a time: two in one capture could not be told apart. */
+static struct capture *capture_for(const struct seat *seat)
+{
+    struct recording *recording = &seat->station->recording;
+    if (recording->capture == NULL)
+        return NULL;
+    if (recording->seat != NULL && !recording->seat->left) {
+        log_warning("station: what is at %s is not recorded: %s has the first instrument's bytes "
+                    "alone",
+                    seat->address, seat->station->settings->record);
+        return NULL;
+    }
+    recording->seat = seat;
+    return recording->capture;
+}
+
 /* Its timer is made now: there may be no memory when it is pulled out. */
 static enum status take_seat(struct station *station, const struct driver *driver,
                              const char *address, struct seat **ret)
@@ -296,7 +317,8 @@ static enum status take_seat(struct station *station, const struct driver *drive
         free(seat);
         return STATUS_NO_MEMORY;
     }
-    const struct driver_options options = { .address = address };
+    seat->capture = capture_for(seat);
+    const struct driver_options options = { .address = address, .capture = seat->capture };
     const struct unit_events events = {
         .opened = opened, .lost = lost, .button = pressed, .status = status_changed, .context = seat
     };
@@ -416,7 +438,7 @@ static enum status configure(struct station *station, const char *text)
 
 enum status seats_open(struct station *station)
 {
-    enum status s = STATUS_OK;
+    enum status s = asked_open(station);
     for (size_t i = 0; i < station->settings->instruments_n && s == STATUS_OK; i++)
         s = configure(station, station->settings->instruments[i]);
     return s == STATUS_OK ? discover(station) : s;
@@ -450,4 +472,5 @@ void seats_close(struct station *station)
         station->seats = seat->next;
         free_seat(seat);
     }
+    asked_close(station);
 }

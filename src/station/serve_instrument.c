@@ -6,6 +6,7 @@
 
 #include "base/clock.h"
 #include "json/give.h"
+#include "station/asked.h"
 #include "station/bench.h"
 #include "station/params.h"
 #include "station/parking.h"
@@ -91,6 +92,7 @@ static void configured(struct job *job)
     struct bench *bench = work->bench;
     if (work->unit.result != DRIVER_OK) {
         struct refusal refusal = bench_refusal(&work->unit.error);
+        asked_refused(bench, "configure", &refusal);
         station_refuse(bench->station, &work->ticket, &refusal);
         end_work(work);
         return;
@@ -141,6 +143,7 @@ void serve_instrument_configure(struct station *station, struct client *client,
     if (work == NULL)
         return;
     work->setup = work->unit.setup = setup;
+    asked_configure(bench, request);
     bench_ask(bench, &work->unit);
 }
 
@@ -151,6 +154,7 @@ static void refuse_calibration(struct work *work)
     struct refusal refusal = bench_refusal(&work->unit.error);
     if (work->unit.result == DRIVER_IMPLAUSIBLE)
         refusal.reason = REASON_CALIBRATION_IMPLAUSIBLE;
+    asked_refused(work->bench, "calibrate", &refusal);
     station_refuse(work->bench->station, &work->ticket, &refusal);
     end_work(work);
 }
@@ -245,5 +249,6 @@ void serve_instrument_calibrate(struct station *station, struct client *client,
     if (work == NULL)
         return;
     work->step = work->unit.step = white ? DRIVER_CALIBRATION_WHITE : DRIVER_CALIBRATION_ZERO;
+    asked_calibrate(bench, work->step);
     bench_ask(bench, &work->unit);
 }

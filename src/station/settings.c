@@ -32,6 +32,8 @@ enum {
     KEY_CALIBRATION_HOURS,
     KEY_CALIBRATION_POLICY,
     KEY_WAL_LIMIT,
+    KEY_RECORD,
+    KEY_DRIVERS,
     KEY_VERBOSE,
 };
 
@@ -64,6 +66,14 @@ static const struct argp_option options[] = {
       "Store nothing more while a program that keeps reading station.db has made its -wal grow "
       "beyond this (1024)",
       0 },
+    { "record", KEY_RECORD, "FILE", 0,
+      "Write every byte to and from the instrument, and what the station was asked, to a new file "
+      "that 'skinspec replay' takes; no names of people are in it.  One --instrument with a wire",
+      0 },
+    { "drivers", KEY_DRIVERS, NULL, 0,
+      "List the drivers and end: NAME, then VID:PID and tty or usb of each device that is taken "
+      "when it is plugged in",
+      0 },
     { "verbose", KEY_VERBOSE, NULL, 0, "Log more", 0 },
     { 0 },
 };
@@ -94,12 +104,21 @@ static void add_discovered(struct settings *s, const struct driver *driver)
         s->discovered[n] = driver;
 }
 
-static void add_instrument(struct argp_state *state, struct settings *s, const char *text)
+/* Of "DRIVER[:ADDRESS]"; NULL: there is none. */
+static const struct driver *driver_of(const char *text)
 {
     char name[64];
     snprintf(name, sizeof name, "%.*s", (int)strcspn(text, ":"), text);
-    const struct driver *driver = driver_find(name);
+    return driver_find(name);
+}
+
+static void add_instrument(struct argp_state *state, struct settings *s, const char *text)
+{
+    char name[64];
+    const struct driver *driver = driver_of(text);
+    snprintf(name, sizeof name, "%.*s", (int)strcspn(text, ":"), text);
     if (strcmp(text, "auto") == 0) {
+        s->discovers_all = true;
         for (size_t i = 0; driver_registry[i] != NULL; i++)
             if (driver_registry[i]->matches != NULL)
                 add_discovered(s, driver_registry[i]);
@@ -119,6 +138,43 @@ static void add_instrument(struct argp_state *state, struct settings *s, const c
     if (s->instruments_n == SETTINGS_MAX_INSTRUMENTS)
         argp_error(state, "at most %d instruments", (int)SETTINGS_MAX_INSTRUMENTS);
     s->instruments[s->instruments_n++] = text;
+}
+
+/* One instrument, of one driver: a capture is one conversation. */
+static void check_record(struct argp_state *state, struct settings *s)
+{
+    size_t discovered = 0;
+    while (s->discovered[discovered] != NULL)
+        discovered++;
+    if (s->record == NULL)
+        return;
+    if (!s->discovers_all && s->instruments_n + discovered == 0)
+        argp_error(state,
+                   "--record wants an instrument to write down: --instrument DRIVER:ADDRESS");
+    if (s->discovers_all || s->instruments_n + discovered > 1)
+        argp_error(state, "--record writes one instrument down, and more than one could come: give "
+                          "one --instrument DRIVER:ADDRESS, and not auto");
+    s->recorded = discovered > 0 ? s->discovered[0] : driver_of(s->instruments[0]);
+    if (s->recorded->has_no_wire)
+        argp_error(state,
+                   "--record: '%s' has no wire, so there are no bytes to write down; give an "
+                   "instrument that has one",
+                   s->recorded->name);
+}
+
+static void list_drivers(void)
+{
+    for (size_t i = 0; driver_registry[i] != NULL; i++) {
+        const struct driver_match *match = driver_registry[i]->matches;
+        printf("%s", driver_registry[i]->name);
+        for (; match != NULL && match->vid != 0; match++) {
+            printf(" %04x:", match->vid);
+            printf(match->pid != 0 ? "%04x" : "*", match->pid);
+            printf(" %s", match->bus == DRIVER_BUS_TTY ? "tty" : "usb");
+        }
+        putchar('\n');
+    }
+    exit(fflush(stdout) == 0 ? EXIT_SUCCESS : EXIT_FAILURE);
 }
 
 static void set_policy(struct argp_state *state, struct settings *s, const char *text)
@@ -192,8 +248,17 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case KEY_ADMIN_GROUP:
         s->admin_group = text;
         break;
+    case KEY_RECORD:
+        s->record = text;
+        break;
+    case KEY_DRIVERS:
+        list_drivers();
+        break;
     case KEY_VERBOSE:
         s->verbose = true;
+        break;
+    case ARGP_KEY_END:
+        check_record(state, s);
         break;
     case ARGP_KEY_ARG:
         argp_error(state, "there is nothing to do with '%s'", text);

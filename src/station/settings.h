@@ -18,7 +18,10 @@ struct settings {
     size_t instruments_n;
     /* Whose instruments are taken as they are plugged in; ends with NULL. */
     const struct driver *discovered[SETTINGS_MAX_DRIVERS + 1];
-    const char *user; /* account to run as; NULL: stay who it is */
+    bool discovers_all;            /* "auto" was given */
+    const char *record;            /* capture to write; NULL: none */
+    const struct driver *recorded; /* whose instrument is recorded */
+    const char *user;              /* account to run as; NULL: stay who it is */
     const char *kiosk_group, *clinic_group, *admin_group;
     size_t max_clients, max_per_user, max_per_process;
     double calibration_hours; /* 0: no limit of the station's own */

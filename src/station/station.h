@@ -55,6 +55,13 @@ struct station_counters {
 };
 
 struct uuid_watch;
+
+/* What is written down of one instrument; see asked.h. */
+struct recording {
+    struct capture *capture; /* NULL: nothing */
+    const struct seat *seat; /* whose; NULL: of the next that comes */
+};
+
 struct parked; /* a request that waits for a table, the store's opening, or a run's end */
 struct spare_record;
 struct housekeeping;
@@ -78,6 +85,7 @@ struct station {
     size_t benches_n;
     struct seat *seats;
     struct discovery *discovery;
+    struct recording recording;
     struct store_standing store;
     struct fences fences;
     struct uuid_watch *watched;
