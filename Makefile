@@ -26,6 +26,8 @@ station_c := $(wildcard src/station/*.c)
 # What a client needs as well: the protocol and the shapes that travel by it.
 wire_c  := $(patsubst %,src/station/%.c,protocol schema strict_json wire events)
 drivers_c := $(wildcard drivers/*.c drivers/*/*.c)
+# What a capture is, without the drivers that make one.
+capture_c := drivers/driver.c drivers/link/capture.c drivers/link/capture_read.c
 cli_c   := $(wildcard src/cli/*.c)
 tests_c := $(wildcard tests/*/test_*.c)
 # A driver may bring its own.
@@ -46,6 +48,7 @@ json_o  := $(call objects,$(json_c))
 station_o := $(call objects,$(station_c)) $(BUILD)/obj/protocol_schema.o
 wire_o  := $(call objects,$(wire_c)) $(BUILD)/obj/protocol_schema.o
 drivers_o := $(call objects,$(drivers_c))
+capture_o := $(call objects,$(capture_c))
 cli_o   := $(call objects,$(cli_c))
 tests   := $(patsubst tests/%.c,$(BUILD)/tests/%,$(tests_c)) \
            $(patsubst drivers/%.c,$(BUILD)/tests/drivers/%,$(own_tests_c))
@@ -216,7 +219,7 @@ $(lib_so): $(core_o) src/libskinspec.map
 	    -Wl,--version-script=src/libskinspec.map $(core_o) -o $@ -lm
 	@ln -sf $(@F) $(BUILD)/libskinspec.so
 
-$(program): $(cli_o) $(wire_o) $(json_o) $(db_o) $(lib_a)
+$(program): $(cli_o) $(wire_o) $(capture_o) $(json_o) $(db_o) $(lib_a)
 	@echo "  LD $@"
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
 

@@ -15,6 +15,7 @@ int cmd_history(int argc, char **argv);
 int cmd_match(int argc, char **argv);
 int cmd_measure(int argc, char **argv);
 int cmd_reflectance(int argc, char **argv);
+int cmd_replay(int argc, char **argv);
 int cmd_status(int argc, char **argv);
 int cmd_store(int argc, char **argv);
 int cmd_table(int argc, char **argv);

@@ -11,7 +11,7 @@
 #include "json/print.h"
 #include "station/wire.h"
 
-enum { MAX_LINE = 8 << 20 }; /* 32 shots of 256 bands, with their raw integers */
+enum { MAX_LINE = 8 << 20 }; /* 32 shots of 256 bands, SCE and SCI */
 
 /* ---- lines -------------------------------------------------------------------------- */
 
@@ -149,14 +149,6 @@ void asked_cancelled(const struct bench *bench, const char *cause)
         put_text(bench, "cancelled", "cause", cause);
 }
 
-static void add_raw(cJSON *it, const struct store_record *record)
-{
-    if (record->raw == NULL || record->raw_n == 0)
-        return;
-    cJSON_AddNumberToObject(it, "raw_unit", record->raw_unit);
-    json_give_member(it, "raw", cJSON_CreateIntArray(record->raw, (int)record->raw_n));
-}
-
 void asked_record(const struct bench *bench, const struct store_record *record)
 {
     static const char *const what[] = { "specular",       "aperture_mm", "surface",    "replicates",
@@ -171,7 +163,6 @@ void asked_record(const struct bench *bench, const struct store_record *record)
         return;
     }
     cJSON *it = parts(whole, what, sizeof what / sizeof *what);
-    add_raw(it, record);
     cJSON_Delete(whole);
     put(bench->capture, "record", it);
 }

@@ -11,7 +11,7 @@
  *   button {}        a shot that waited, by the instrument's button
  *   refused {"of","reason"}    how the last configure, calibrate or measure failed
  *   cancelled {"cause"}        how the last measure ended early
- *   record {..}      what became of the last measure: spectra, raw integers, colour, match, flags
+ *   record {..}      what became of the last measure: spectra, colour, match, flags
  *
  * Only what reached the instrument is there.  A capture leaves the house: operator, subject, site,
  * ids and times of records are left out.
