@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "base/log.h"
 #include "cli/command.h"
@@ -19,7 +20,8 @@ enum { OPTION_TABLES = OPTION_OWN, OPTION_WITH, SHOWN_DIFFERENCES = 8 };
 static const struct argp_option options[] = {
     { "tables", OPTION_TABLES, "DIR", 0, "Look here first for the station's tables", 0 },
     { "with", OPTION_WITH, "OPTIONS", 0,
-      "What stands after the instrument's address, as tile=FILE,port_mm=8 (as the capture says)",
+      "What stands after the instrument's address, as tile=FILE,port_mm=8 (as the capture says, "
+      "its files beside the capture)",
       0 },
     OPTION_ROWS_JSON_ONE,
     { 0 },
@@ -105,17 +107,43 @@ static int count(const cJSON *steps, const char *outcome)
 
 /* ---- a part -------------------------------------------------------------------------- */
 
+/* An option of the captured address, "tile=tile.csv": a file beside the capture, if there is one
+ * of that name. */
+static void put_captured_option(FILE *to, const char *capture, const char *option, int n)
+{
+    const char *value = memchr(option, '=', (size_t)n), *end = strrchr(capture, '/');
+    char path[PRIVATE_PATH_SIZE];
+    if (value != NULL) {
+        int name = (int)(value + 1 - option);
+        snprintf(path, sizeof path, "%.*s%.*s", end != NULL ? (int)(end + 1 - capture) : 0, capture,
+                 n - name, option + name);
+        if (n > name && access(path, R_OK) == 0) {
+            fprintf(to, ",%.*s%s", name, option, path);
+            return;
+        }
+    }
+    fprintf(to, ",%.*s", n, option);
+}
+
 /* "DRIVER:replay:FILE,options" */
 static char *address_of(const struct replay_script *script, const struct arguments *a,
                         const char *path)
 {
-    const char *with = a->with != NULL ? a->with : member_text(script->station, "options");
-    size_t room = strlen(script->driver) + strlen(path) + strlen(with) + 16;
-    char *address = malloc(room);
-    if (address == NULL)
+    const char *kept = member_text(script->station, "options");
+    char *address = NULL;
+    size_t size;
+    FILE *to = open_memstream(&address, &size);
+    if (to == NULL)
         out_of_memory();
-    snprintf(address, room, "%s:replay:%s%s%s", script->driver, path, *with != '\0' ? "," : "",
-             with);
+    fprintf(to, "%s:replay:%s", script->driver, path);
+    if (a->with != NULL)
+        fprintf(to, ",%s", a->with);
+    for (size_t n; a->with == NULL && *kept != '\0'; kept += n + (kept[n] == ',')) {
+        n = strcspn(kept, ",");
+        put_captured_option(to, script->path, kept, (int)n);
+    }
+    if (fclose(to) != 0)
+        out_of_memory();
     return address;
 }
 

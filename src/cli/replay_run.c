@@ -276,7 +276,9 @@ static bool take_instrument(struct replay *r)
     cJSON *instrument = patient_instrument(r->remote, r->stop, OPEN_MS);
     bool open = instrument != NULL && member(instrument, "error") == NULL;
     if (instrument != NULL && !open)
-        log_error("the driver does not open the capture: %s", member_text(instrument, "error"));
+        log_error("the driver does not open the capture: %s; options of its address, such as "
+                  "tile=FILE, are given by --with",
+                  member_text(instrument, "error"));
     open = open && instrument_acquire(r->remote, member_text(instrument, "instrument"), false);
     cJSON_Delete(instrument);
     return open;

@@ -47,6 +47,23 @@ static cJSON *parts(const cJSON *of, const char *const *names, size_t n)
 
 /* ---- its life ----------------------------------------------------------------------- */
 
+/* "tile=/home/ada/tile.csv,port_mm=8" -> "tile=tile.csv,port_mm=8": a folder may be named after a
+ * person. */
+static void leave_folders_out(char *options)
+{
+    char *to = options, *value = options;
+    for (const char *from = options; *from != '\0'; from++) {
+        if (*from == '/') {
+            to = value;
+            continue;
+        }
+        *to++ = *from;
+        if (*from == '=' || *from == ',')
+            value = to;
+    }
+    *to = '\0';
+}
+
 static cJSON *circumstances(const struct settings *settings)
 {
     cJSON *it = cJSON_CreateObject();
@@ -55,8 +72,12 @@ static cJSON *circumstances(const struct settings *settings)
     cJSON_AddStringToObject(it, "table", settings->table);
     cJSON_AddStringToObject(it, "calibration_policy",
                             settings->calibration_blocks ? "block" : "warn");
-    if (options != NULL)
-        cJSON_AddStringToObject(it, "options", options + 1);
+    char *kept = options != NULL ? strdup(options + 1) : NULL;
+    if (kept != NULL) {
+        leave_folders_out(kept);
+        cJSON_AddStringToObject(it, "options", kept);
+    }
+    free(kept);
     return it;
 }
 

@@ -3,7 +3,8 @@
  * skinspecd --record FILE writes every byte of one instrument down (drivers/link/capture.h) and
  * between them, as lines "@ WORD {...}", what the same conversation needs to be had again:
  *
- *   station {..}     how the station was set: policy, default table, what stood after the address
+ *   station {..}     how the station was set: policy, default table, and what stood after the
+ *                address, its files without their folders
  *   configure {..}   the members of instrument.configure
  *   calibrate {"step"}
  *   measure {..}     those of measure.start that say how
