@@ -1,6 +1,7 @@
 /* replay.c - a capture instead of an instrument; kinds.h has the rules.
  *
- * From top to bottom: segments, finding one, messages, sending and receiving in it. */
+ * From top to bottom: segments, finding one, messages, waits, what is asked at another place than
+ * in the capture, sending and receiving. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,6 +26,7 @@ struct replay {
     bool silent;    /* in a wait that the capture has none of */
     bool none;      /* the capture has no such call */
     size_t at, end; /* lines of the segment that are left */
+    bool fresh;     /* nothing was sent or came in it */
     size_t taken;   /* bytes of line `at` that were received already */
 };
 
@@ -116,6 +118,15 @@ static size_t find_call(const struct replay *replay, const char *call)
     return replay->n;
 }
 
+static void enter(struct replay *replay, size_t segment)
+{
+    replay->segments[segment].used = true;
+    replay->at = replay->segments[segment].first;
+    replay->end = replay->segments[segment].end;
+    replay->taken = 0;
+    replay->fresh = true;
+}
+
 static void replay_begin(struct link *link, const char *call)
 {
     struct replay *replay = (struct replay *)link;
@@ -128,11 +139,10 @@ static void replay_begin(struct link *link, const char *call)
     replay->silent = wait && found == replay->n;
     replay->none = !wait && found == replay->n;
     replay->at = replay->end = replay->taken = 0;
+    replay->fresh = false;
     if (found == replay->n)
         return;
-    replay->segments[found].used = true;
-    replay->at = replay->segments[found].first;
-    replay->end = replay->segments[found].end;
+    enter(replay, found);
     if (!status && !wait)
         replay->here = found + 1;
 }
@@ -221,7 +231,7 @@ static enum driver_result fail_as_captured(struct replay *replay, const struct c
                        line->line, line->text);
 }
 
-/* ---- sending and receiving ---------------------------------------------------------- */
+/* ---- cancelled ---------------------------------------------------------------------- */
 
 /* A cancellation reaches a replay as well. */
 static bool is_cancelled(struct replay *replay, int64_t until_ms)
@@ -229,19 +239,11 @@ static bool is_cancelled(struct replay *replay, int64_t until_ms)
     return call_wait(replay->link.call, -1, until_ms) == CALL_CANCELLED;
 }
 
-/* ---- in a wait ------------------------------------------------------------------------ */
+/* ---- in a wait ---------------------------------------------------------------------- */
 
 static bool in_wait(const struct replay *replay)
 {
     return replay->call != NULL && is_wait(replay->call);
-}
-
-static void enter(struct replay *replay, size_t segment)
-{
-    replay->segments[segment].used = true;
-    replay->at = replay->segments[segment].first;
-    replay->end = replay->segments[segment].end;
-    replay->taken = 0;
 }
 
 static bool is_cancellation(const struct capture_line *line)
@@ -269,39 +271,74 @@ static const struct capture_line *next_of_wait(struct replay *replay)
     }
 }
 
+/* ---- questions that the capture has at another place ---------------------------------- */
+
+static bool is_sent(const struct capture_line *line, uint8_t channel, const void *bytes, size_t n)
+{
+    return line->kind == CAPTURE_SENT && line->channel == channel && line->n == n &&
+           (n == 0 || memcmp(line->bytes, bytes, n) == 0);
+}
+
+/* A call that was cut short leaves the wire out of step, and the next begins with the way back
+ * into it.  A replay does not cut the same calls short, and goes no such way: at the beginning of
+ * a segment it is passed over. */
+static bool pass_over_way_back(struct replay *replay, uint8_t channel, const void *bytes, size_t n)
+{
+    for (size_t i = replay->at; replay->fresh && i < replay->end; i++) {
+        if (is_sent(&replay->file.lines[i], channel, bytes, n)) {
+            replay->at = i;
+            replay->taken = 0;
+            return true;
+        }
+    }
+    return false;
+}
+
 /* A driver that asks again and again while it waits is answered as it was last: the capture has
- * as many questions as there was time for, and the replay another time. */
+ * as many questions as there was time for then. */
 static void answer_as_before(struct replay *replay, uint8_t channel, const void *bytes, size_t n)
 {
     size_t other = next_other(replay);
-    for (size_t s = other; s-- > 0;) {
-        const struct segment *segment = &replay->segments[s];
-        size_t end = segment->end;
-        for (size_t i = segment->end; is_wait(segment->call) && i-- > segment->first;) {
-            const struct capture_line *line = &replay->file.lines[i];
-            if (line->kind != CAPTURE_SENT)
-                continue;
-            if (line->channel == channel && line->n == n && memcmp(line->bytes, bytes, n) == 0) {
-                replay->at = i + 1;
-                replay->end = end;
-                replay->taken = 0;
-                return;
-            }
-            end = i;
+    size_t i = other < replay->n ? replay->segments[other].first : replay->file.n, end = i;
+    while (i-- > 0) {
+        const struct capture_line *line = &replay->file.lines[i];
+        if (is_sent(line, channel, bytes, n)) {
+            replay->at = i + 1;
+            replay->end = end;
+            replay->taken = 0;
+            return;
         }
+        if (line->kind == CAPTURE_CALL || line->kind == CAPTURE_SENT)
+            end = i;
     }
 }
 
-/* True where it was sent in vain or is answered as before. */
-static bool is_another_question(struct replay *replay, uint8_t channel, const void *bytes, size_t n)
+/* Where the capture has these bytes in a call that is no wait; false: not there. */
+static bool find_in_call(struct replay *replay, uint8_t channel, const void *bytes, size_t n)
 {
-    const struct capture_line *line = next_of_wait(replay);
-    while (line != NULL && line->kind == CAPTURE_SILENCE) { /* its time had not come then */
-        replay->at++;
-        line = next_of_wait(replay);
+    const struct capture_line *line = next_line(replay);
+    bool found = (line != NULL && is_sent(line, channel, bytes, n)) ||
+                 pass_over_way_back(replay, channel, bytes, n);
+    replay->at += found;
+    return found;
+}
+
+/* The same in a wait, where they are also answered as before, or not at all. */
+static bool find_question(struct replay *replay, uint8_t channel, const void *bytes, size_t n)
+{
+    const struct capture_line *line;
+    while ((line = next_of_wait(replay)) != NULL) {
+        if (is_sent(line, channel, bytes, n) || pass_over_way_back(replay, channel, bytes, n)) {
+            replay->at++;
+            return true;
+        }
+        if (line->kind == CAPTURE_SILENCE) /* its time had not come then */
+            replay->at++;
+        else if (replay->fresh)
+            replay->at = replay->end; /* nothing but a way back */
+        else
+            return false;
     }
-    if (line != NULL)
-        return false;
     answer_as_before(replay, channel, bytes, n);
     return true;
 }
@@ -312,24 +349,21 @@ static enum driver_result replay_send(struct link *link, uint8_t channel, const 
                                       size_t n, int64_t deadline_ms, struct driver_error *error)
 {
     struct replay *replay = (struct replay *)link;
-    const struct capture_line *line;
     (void)deadline_ms;
     if (is_cancelled(replay, 0))
         return driver_fail(error, DRIVER_CANCELLED, NULL, "cancelled");
-    if (in_wait(replay) && is_another_question(replay, channel, bytes, n))
+    bool found = in_wait(replay) ? find_question(replay, channel, bytes, n)
+                                 : find_in_call(replay, channel, bytes, n);
+    replay->fresh = false;
+    if (found)
         return DRIVER_OK;
-    line = next_line(replay);
+    const struct capture_line *line = next_line(replay);
     if (line != NULL && line->kind == CAPTURE_FAILED)
         return fail_as_captured(replay, line, error);
-    if (line == NULL || line->kind != CAPTURE_SENT || line->channel != channel || line->n != n ||
-        (n > 0 && memcmp(line->bytes, bytes, n) != 0)) {
-        char shown[SHOWN_BYTES * 4 + 8], wanted[SHOWN_BYTES * 4 + 80];
-        snprintf(wanted, sizeof wanted, "%zu bytes sent on channel %02x: %s", n, channel,
-                 show(bytes, n, shown));
-        return differ(replay, wanted, error);
-    }
-    replay->at++;
-    return DRIVER_OK;
+    char shown[SHOWN_BYTES * 4 + 8], wanted[SHOWN_BYTES * 4 + 80];
+    snprintf(wanted, sizeof wanted, "%zu bytes sent on channel %02x: %s", n, channel,
+             show(bytes, n, shown));
+    return differ(replay, wanted, error);
 }
 
 /* A line gives what there is room for and the rest later; a transfer is whole or too long. */
@@ -338,6 +372,7 @@ static enum driver_result give_bytes(struct replay *replay, const struct capture
                                      struct driver_error *error)
 {
     size_t left = line->n - replay->taken;
+    replay->fresh = false;
     if (left > size && line->channel != LINK_SERIAL) {
         replay->at++;
         return driver_fail(error, DRIVER_PROTOCOL, NULL,

@@ -286,6 +286,50 @@ static void test_waits(void)
     assert_silent("wait_button");
 }
 
+/* A driver that polls its button: a station that waits at other times replays it all the same. */
+static void test_waits_that_were_cut_short(void)
+{
+    start(HEAD ASKS("open", "o") "1 = wait_button\n2 > 00 R\n2 < 00 none\n3 ! cancelled\n"
+                                 "4 = wait_button\n5 > 00 step\n5 < 00 in\n6 > 00 R\n7 < 00 no\n"
+                                 "8 ~ 00\n9 > 00 R\n9 < 00 press\n" ASKS("measure", "m"));
+    assert_answer("open", "o");
+    link_begin_waiting(wire, "wait_button");
+    TEST_ASSERT_EQUAL_INT(DRIVER_OK, say("R"));
+    assert_heard("none");
+    TEST_ASSERT_EQUAL_INT(DRIVER_OK, say("R"));
+    assert_heard("no");
+    TEST_ASSERT_EQUAL_INT(DRIVER_OK, say("R")); /* sooner than then */
+    assert_heard("press");
+    TEST_ASSERT_EQUAL_INT(DRIVER_OK, say("R")); /* more often than then: as it was last */
+    assert_heard("press");
+    int64_t began_ms = call_now_ms();
+    TEST_ASSERT_EQUAL_INT(DRIVER_TIMEOUT, hear(30));
+    TEST_ASSERT_TRUE(call_now_ms() - began_ms >= 30);
+    assert_answer("measure", "m");
+}
+
+static void test_a_question_not_asked_yet_is_silence(void)
+{
+    start(HEAD "1 = wait_button\n2 > 00 R\n3 < 00 no\n4 > 00 R\n5 < 00 press\n");
+    link_begin_waiting(wire, "wait_button");
+    TEST_ASSERT_EQUAL_INT(DRIVER_OK, say("R"));
+    assert_heard("no");
+    TEST_ASSERT_EQUAL_INT(DRIVER_TIMEOUT, hear(60000));
+    TEST_ASSERT_EQUAL_INT(DRIVER_OK, say("R"));
+    assert_heard("press");
+}
+
+static void test_a_way_back_into_step_is_passed_over(void)
+{
+    start(HEAD "1 = a\n2 < 00 late\n2 > 00 step\n2 < 00 in\n3 > 00 A\n3 < 00 first\n"
+               "4 > 00 A\n4 < 00 again\n5 > 00 B\n");
+    link_begin(wire, "a");
+    TEST_ASSERT_EQUAL_INT(DRIVER_OK, say("A"));
+    assert_heard("first");
+    TEST_ASSERT_EQUAL_INT(DRIVER_PROTOCOL, say("B")); /* at the beginning alone */
+    TEST_ASSERT_NOT_NULL(strstr(error.text, "expected 1 bytes sent on channel 00: 'A'"));
+}
+
 static void test_silence_is_cancelled(void)
 {
     start(HEAD ASKS("open", "o"));
@@ -341,6 +385,9 @@ int main(void)
     RUN_TEST(test_status_as_often_as_asked);
     RUN_TEST(test_status_that_was_never_asked);
     RUN_TEST(test_waits);
+    RUN_TEST(test_waits_that_were_cut_short);
+    RUN_TEST(test_a_question_not_asked_yet_is_silence);
+    RUN_TEST(test_a_way_back_into_step_is_passed_over);
     RUN_TEST(test_silence_is_cancelled);
     RUN_TEST(test_time_is_that_of_the_capture);
     RUN_TEST(test_files_that_cannot_be_replayed);
