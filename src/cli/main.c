@@ -36,6 +36,7 @@ static const struct command {
     { "watch", "[--topics A,B]", "the station's events as they come", cmd_watch },
     { "history", "[ID]", "its records", cmd_history },
     { "export", "[--out FILE]", "its records as CSV, JSON or CGATS", cmd_export },
+    { "doctor", "[--instrument D:A]", "what is plugged in, and what is wrong with it", cmd_doctor },
     { "replay", "FILE", "a captured session again, and what differs", cmd_replay },
     { "store", "verify|subjects|...", "its store: check it, people in it", cmd_store },
 };

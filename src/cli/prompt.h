@@ -8,7 +8,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-enum { PROMPT_SIZE = 64 };
+enum { PROMPT_SIZE = 256 };
 
 struct prompt {
     char text[PROMPT_SIZE]; /* the line without its end, cut where it is too long */
