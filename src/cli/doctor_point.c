@@ -9,7 +9,8 @@ static const struct doctor_point points[] = {
     { "", "display", NULL, false,
       "If it shows L*, a*, b* of the last shot itself: which, under which light and observer?" },
     { "km_ascii", "slider small", "Move the aperture slider to the small port (SAV, 3 mm)", true,
-      "What does 'skinspec devices' or the label call this port? (the capture has its number)" },
+      "What does the label call this port? (a refusal above is as it should be: the capture now "
+      "has the port's number)" },
     { "km_ascii", "slider large", "Move the slider back to the large port (MAV, 8 mm)", true,
       "Did the display change with the slider?" },
     { "km_ascii", "button", NULL, false,

@@ -37,6 +37,17 @@ struct walk {
 
 /* ---- notes -------------------------------------------------------------------------- */
 
+static void keep(struct walk *w, const char *step, const char *text)
+{
+    cJSON *one = cJSON_CreateObject();
+    cJSON_AddStringToObject(one, "step", step);
+    cJSON_AddStringToObject(one, "outcome", text);
+    if (one == NULL)
+        out_of_memory();
+    json_give_item(w->notes, one);
+}
+
+/* Kept and told. */
 static void note(struct walk *w, const char *step, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
@@ -47,12 +58,7 @@ static void note(struct walk *w, const char *step, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    cJSON *one = cJSON_CreateObject();
-    cJSON_AddStringToObject(one, "step", step);
-    cJSON_AddStringToObject(one, "outcome", text);
-    if (one == NULL)
-        out_of_memory();
-    json_give_item(w->notes, one);
+    keep(w, step, text);
     fprintf(stderr, "  %s\n", text);
 }
 
@@ -102,9 +108,9 @@ static bool goes_on(struct walk *w, const char *step, const char *what)
 
 /* ---- talking to it ------------------------------------------------------------------ */
 
-/* The reply to a request of the lease's holder; false: noted, or the end. */
-static bool ask(struct walk *w, const char *step, enum method method, cJSON *params,
-                struct answer *ret)
+/* The reply to a request of the lease's holder; false: noted under this word, or the end. */
+static bool ask(struct walk *w, const char *step, const char *word, enum method method,
+                cJSON *params, struct answer *ret)
 {
     if (!patient_ask(w->remote, w->stop, method, params, STEP_MS, ret)) {
         note(w, step, "failed: the station gave no answer");
@@ -114,8 +120,9 @@ static bool ask(struct walk *w, const char *step, enum method method, cJSON *par
     if (ret->error == NULL)
         return true;
     const cJSON *data = member(ret->error, "data");
-    note(w, step, "failed: %s (%s %s)", member_text(ret->error, "message"),
-         member_text(data, "reason"), member_text(data, "device_code"));
+    const char *code = member_text(data, "device_code");
+    note(w, step, "%s: %s (%s%s%s)", word, member_text(ret->error, "message"),
+         member_text(data, "reason"), *code != '\0' ? " " : "", code);
     remote_done(ret);
     return false;
 }
@@ -144,7 +151,7 @@ static bool wait_for(struct walk *w, const char *topic, const char *type, int ti
     return false;
 }
 
-static bool measure(struct walk *w, const char *step, int shots)
+static bool measure(struct walk *w, const char *step, const char *word, int shots)
 {
     char uuid[UUID_TEXT_SIZE];
     struct answer answer;
@@ -157,7 +164,7 @@ static bool measure(struct walk *w, const char *step, int shots)
     cJSON_AddStringToObject(params, "specular", "sce");
     cJSON_AddNumberToObject(params, "replicates", shots);
     cJSON_AddStringToObject(params, "pace", "auto");
-    if (!ask(w, step, METHOD_MEASURE_START, params, &answer))
+    if (!ask(w, step, word, METHOD_MEASURE_START, params, &answer))
         return false;
     const cJSON *Lab = member(answer.result, "Lab");
     note(w, step, "done: L* %.2f  a* %.2f  b* %.2f",
@@ -220,7 +227,7 @@ static void calibrate(struct walk *w, const char *step)
         return;
     cJSON *params = remote_lease_params(w->remote);
     cJSON_AddStringToObject(params, "step", step);
-    if (ask(w, name, METHOD_INSTRUMENT_CALIBRATE, params, &answer)) {
+    if (ask(w, name, "failed", METHOD_INSTRUMENT_CALIBRATE, params, &answer)) {
         note(w, name, "done");
         remote_done(&answer);
     }
@@ -259,18 +266,21 @@ static void try_cable(struct walk *w)
 
 static void put_question(struct walk *w, const struct doctor_point *point)
 {
-    char answer[PROMPT_SIZE];
+    char answer[PROMPT_SIZE], text[NOTE_SIZE];
     if (w->ended || (point->before != NULL && !goes_on(w, point->name, point->before)))
         return;
     if (point->shot)
-        (void)measure(w, point->name, 1);
+        (void)measure(w, point->name, "refused", 1); /* which may be what is to be known */
     if (w->ended)
         return;
     prompt_forget();
     fprintf(stderr, "%s: %s\n  (Enter alone: not known; no names of people) > ", point->name,
             point->question);
-    if (read_answer(w, answer))
-        note(w, point->name, "%s -> %s", point->question, *answer != '\0' ? answer : "not known");
+    if (!read_answer(w, answer))
+        return;
+    snprintf(text, sizeof text, "%s -> %s", point->question,
+             *answer != '\0' ? answer : "not known");
+    keep(w, point->name, text);
 }
 
 /* ---- all ---------------------------------------------------------------------------- */
@@ -296,7 +306,7 @@ static void lead(struct walk *w)
     calibrate(w, "zero");
     calibrate(w, "white");
     if (goes_on(w, "three shots", "put the port flat on skin (a palm is good) and keep it there"))
-        (void)measure(w, "three shots", SHOTS);
+        (void)measure(w, "three shots", "failed", SHOTS);
     try_button(w);
     for (size_t i = 0; (point = doctor_point(w->driver, i)) != NULL; i++)
         put_question(w, point);

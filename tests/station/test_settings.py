@@ -24,6 +24,10 @@ WRONG = (
     (["--calibration-policy", "shout"], "block or warn"),
     (["--socket", ""], "path"),
     (["--state", "x" * 600], "path"),
+    (["--record", "capture"], "wants an instrument"),
+    (["--record", "capture", "--instrument", "simulated"], "has no wire"),
+    (["--record", "capture", "--instrument", "auto"], "more than one could come"),
+    (["--record", "capture", *["--instrument", "simulated"] * 2], "more than one could come"),
     (["--no-such-option"], "unrecognized"),
     (["skin.csv"], "nothing to do"),
 )
@@ -45,6 +49,15 @@ class Settings(unittest.TestCase):
                 done = self.run_with(*options)
                 self.assertEqual(done.returncode, 2)
                 self.assertIn(word, done.stderr)
+
+    def test_drivers(self):
+        """A line each, for programs."""
+        done = self.run_with("--drivers")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        lines = done.stdout.splitlines()
+        self.assertIn("simulated", lines)
+        for line in lines:
+            self.assertRegex(line, r"^[a-z_]+( [0-9a-f]{4}:([0-9a-f]{4}|\*) (tty|usb))*$")
 
     def test_help_and_version(self):
         shown = self.run_with("--help")
