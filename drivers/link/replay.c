@@ -71,6 +71,41 @@ static bool cut_into_segments(struct replay *replay)
     return true;
 }
 
+/* ---- being cut short ---------------------------------------------------------------- */
+
+static bool is_cancellation(const struct capture_line *line)
+{
+    return line->kind == CAPTURE_FAILED &&
+           strcmp(line->text, driver_result_name(DRIVER_CANCELLED)) == 0;
+}
+
+static bool is_of_wire(const struct capture_line *line)
+{
+    return line->kind == CAPTURE_SENT || line->kind == CAPTURE_CAME ||
+           line->kind == CAPTURE_SILENCE || line->kind == CAPTURE_FAILED;
+}
+
+/* Whether the segment ends with a question whose answer was not waited for. */
+static bool is_unanswered(const struct replay *replay, const struct segment *segment)
+{
+    const struct capture_line *last = NULL, *before = NULL;
+    for (size_t i = segment->first; i < segment->end; i++) {
+        if (!is_of_wire(&replay->file.lines[i]))
+            continue;
+        before = last;
+        last = &replay->file.lines[i];
+    }
+    return before != NULL && is_cancellation(last) && before->kind == CAPTURE_SENT;
+}
+
+/* An answer that came too late for its question is nothing that the instrument said by itself. */
+static void pass_over_late_answer(struct replay *replay)
+{
+    for (size_t i = replay->at; i < replay->end && replay->file.lines[i].kind != CAPTURE_SENT; i++)
+        if (replay->file.lines[i].kind == CAPTURE_CAME)
+            replay->at = i + 1;
+}
+
 /* ---- finding one -------------------------------------------------------------------- */
 
 /* The first segment from here on that is neither status nor a wait; n where there is none. */
@@ -118,6 +153,7 @@ static size_t find_call(const struct replay *replay, const char *call)
     return replay->n;
 }
 
+/* From 1: what is before the first call is entered by none. */
 static void enter(struct replay *replay, size_t segment)
 {
     replay->segments[segment].used = true;
@@ -125,6 +161,9 @@ static void enter(struct replay *replay, size_t segment)
     replay->end = replay->segments[segment].end;
     replay->taken = 0;
     replay->fresh = true;
+    if (is_wait(replay->segments[segment].call) &&
+        is_unanswered(replay, &replay->segments[segment - 1]))
+        pass_over_late_answer(replay);
 }
 
 static void replay_begin(struct link *link, const char *call)
@@ -244,12 +283,6 @@ static bool is_cancelled(struct replay *replay, int64_t until_ms)
 static bool in_wait(const struct replay *replay)
 {
     return replay->call != NULL && is_wait(replay->call);
-}
-
-static bool is_cancellation(const struct capture_line *line)
-{
-    return line->kind == CAPTURE_FAILED &&
-           strcmp(line->text, driver_result_name(DRIVER_CANCELLED)) == 0;
 }
 
 /* What was one wait may have been several in the capture, cut short by what the station had to do;

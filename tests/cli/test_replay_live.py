@@ -58,7 +58,7 @@ class Live(Case):
             time.sleep(0.3)  # it polls the button meanwhile
             c.call("measure.next", lease=lease, uuid=uuid)
             c.event("measurement", "waiting")
-            time.sleep(1.2)
+            time.sleep(3)  # its flash charges: a press before would be in vain
             self.host.say("act one press")
             self.assertEqual(len(c.wait(asked, timeout_s=30)["replicates"]), 3)
             c.measure(lease, replicates=2)

@@ -308,6 +308,19 @@ static void test_waits_that_were_cut_short(void)
     assert_answer("measure", "m");
 }
 
+/* It would be taken for a press. */
+static void test_a_late_answer_is_no_news(void)
+{
+    start(HEAD "1 = wait_button\n2 > 00 R\n3 ! cancelled\n"
+               "4 = wait_button\n5 < 00 late\n6 > 00 R\n7 < 00 no\n"
+               "8 = wait_button\n8 ! cancelled\n9 = wait_button\n9 < 00 press\n");
+    link_begin_waiting(wire, "wait_button");
+    TEST_ASSERT_EQUAL_INT(DRIVER_TIMEOUT, hear(60000)); /* R was not asked yet */
+    TEST_ASSERT_EQUAL_INT(DRIVER_OK, say("R"));
+    assert_heard("no");
+    assert_heard("press"); /* cut short, but not in a question */
+}
+
 static void test_a_question_not_asked_yet_is_silence(void)
 {
     start(HEAD "1 = wait_button\n2 > 00 R\n3 < 00 no\n4 > 00 R\n5 < 00 press\n");
@@ -386,6 +399,7 @@ int main(void)
     RUN_TEST(test_status_that_was_never_asked);
     RUN_TEST(test_waits);
     RUN_TEST(test_waits_that_were_cut_short);
+    RUN_TEST(test_a_late_answer_is_no_news);
     RUN_TEST(test_a_question_not_asked_yet_is_silence);
     RUN_TEST(test_a_way_back_into_step_is_passed_over);
     RUN_TEST(test_silence_is_cancelled);
