@@ -443,7 +443,7 @@ static enum driver_result replay_receive(struct link *link, uint8_t channel, voi
         return fail_silent(error);
     if (line != NULL && line->kind == CAPTURE_FAILED)
         return fail_as_captured(replay, line, error);
-    if (in_wait(replay) && line->kind == CAPTURE_SENT)
+    if (line != NULL && line->kind == CAPTURE_SENT && in_wait(replay))
         return fail_silent(error); /* it had been waited for long enough */
     if (line == NULL || line->kind == CAPTURE_SENT || line->channel != channel) {
         char wanted[64];

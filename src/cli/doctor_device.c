@@ -16,7 +16,7 @@
 #include "cli/member.h"
 #include "json/give.h"
 
-enum { PATH_SIZE = 512, TEXT_SIZE = 128, LEVELS = 7 };
+enum { PATH_SIZE = 512, TEXT_SIZE = 128, NUMBER_SIZE = 2 * TEXT_SIZE, LEVELS = 7 };
 
 /* ---- what a driver takes ------------------------------------------------------------ */
 
@@ -317,11 +317,11 @@ static void add_by_id(cJSON *device, const char *tty)
 
 /* With the members of its USB side; the number in number. */
 static cJSON *device_of(const char *folder, const char *kind, const char *node,
-                        char number[2 * TEXT_SIZE])
+                        char number[NUMBER_SIZE])
 {
     char vid[TEXT_SIZE], pid[TEXT_SIZE];
     cJSON *device = cJSON_CreateObject();
-    snprintf(number, (size_t)(2 * TEXT_SIZE), "%s:%s", read_line(folder, "idVendor", vid),
+    snprintf(number, NUMBER_SIZE, "%s:%s", read_line(folder, "idVendor", vid),
              read_line(folder, "idProduct", pid));
     cJSON_AddStringToObject(device, "node", node);
     cJSON_AddStringToObject(device, "kind", kind);
@@ -334,7 +334,7 @@ static cJSON *device_of(const char *folder, const char *kind, const char *node,
 
 static void look_at_ttys(const struct doctor_match *matches, size_t n, cJSON *devices)
 {
-    char folder[PATH_SIZE], node[PATH_SIZE], number[2 * TEXT_SIZE];
+    char folder[PATH_SIZE], node[PATH_SIZE], number[NUMBER_SIZE];
     struct names ttys;
     read_names("/sys/class/tty", &ttys);
     for (size_t i = 0; i < ttys.n; i++) {
@@ -354,7 +354,7 @@ static void look_at_ttys(const struct doctor_match *matches, size_t n, cJSON *de
 
 static void look_at_usb(const struct doctor_match *matches, size_t n, cJSON *devices)
 {
-    char folder[PATH_SIZE], node[PATH_SIZE], number[2 * TEXT_SIZE], bus[TEXT_SIZE], dev[TEXT_SIZE];
+    char folder[PATH_SIZE], node[PATH_SIZE], number[NUMBER_SIZE], bus[TEXT_SIZE], dev[TEXT_SIZE];
     struct names found;
     read_names("/sys/bus/usb/devices", &found);
     for (size_t i = 0; i < found.n; i++) {

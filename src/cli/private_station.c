@@ -102,9 +102,9 @@ static void forget_parent(pid_t parent)
         unsetenv(others[i]);
 }
 
-static void become(const struct private_station *station, char *const *argv)
+static void become(const struct private_station *station, const char *const *argv)
 {
-    execvp(station->program, argv);
+    execvp(station->program, (char *const *)argv); /* it does not write them */
     dprintf(STDERR_FILENO, "skinspec: cannot run %s: %s; 'make all' builds it\n", station->program,
             strerror(errno));
     _exit(EXIT_FAILURE);
@@ -126,7 +126,7 @@ static int listen_at(const char *path)
     return fd;
 }
 
-static void run_child(const struct private_station *station, char *const *argv, int listener,
+static void run_child(const struct private_station *station, const char *const *argv, int listener,
                       pid_t parent)
 {
     char log[PRIVATE_PATH_SIZE], pid[32];
@@ -149,17 +149,17 @@ static void run_child(const struct private_station *station, char *const *argv, 
     become(station, argv);
 }
 
-/* exec wants them writable; they are not written. */
-static size_t add(char **argv, size_t n, const char *text)
+static size_t add(const char **argv, size_t n, const char *text)
 {
     if (n < MAX_OPTIONS)
-        argv[n++] = (char *)(size_t)text;
+        argv[n++] = text;
     return n;
 }
 
 enum status private_station_start(struct private_station *station, const char *const *options)
 {
-    char state[PRIVATE_PATH_SIZE], *argv[MAX_OPTIONS + 1];
+    char state[PRIVATE_PATH_SIZE];
+    const char *argv[MAX_OPTIONS + 1];
     size_t n = 0;
     private_station_path(station, "state", state);
     n = add(argv, n, station->program);
@@ -261,7 +261,7 @@ static char *read_all(int fd)
 char *private_station_ask(const struct private_station *station, const char *option)
 {
     int ends[2], status = -1;
-    char *argv[3] = { NULL };
+    const char *argv[3] = { NULL };
     size_t n = add(argv, 0, station->program);
     (void)add(argv, n, option);
     if (pipe(ends) != 0) {
