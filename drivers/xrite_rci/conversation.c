@@ -189,7 +189,7 @@ enum driver_result rci_query(struct instrument *in, const char *command, enum rc
                              int64_t deadline_ms, struct rci_reply *ret, struct driver_error *error)
 {
     for (;;) {
-        struct rci_reply reply;
+        struct rci_reply reply = { .n = 0 };
         enum driver_result r = rci_confirm(in, command, kind, &reply, error);
         if (r != DRIVER_OK)
             return r;

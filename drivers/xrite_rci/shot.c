@@ -298,7 +298,7 @@ enum driver_result rci_stored_count(struct instrument *in, size_t *ret, struct d
 static enum driver_result read_stored(struct instrument *in, size_t i, struct rci_spectra *ret,
                                       struct driver_error *error)
 {
-    size_t n;
+    size_t n = 0;
     enum driver_result r = count(in, &n, error);
     if (r != DRIVER_OK)
         return r;

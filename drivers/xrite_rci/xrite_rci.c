@@ -34,7 +34,7 @@ static const struct driver_identity identity_of_all = {
     .max_averages = RCI_MAX_NUMBER,
 };
 
-/* ---- opening: before the line is set ---------------------------------------------------- */
+/* ---- opening: before the line is set ------------------------------------------------ */
 
 /* Where in n bytes an answer's status stands that has ended, by CR, LF or both. */
 static const char *find_status(const char *bytes, size_t n)
@@ -132,7 +132,7 @@ static enum driver_result set_line(struct instrument *in, struct driver_error *e
     return r;
 }
 
-/* ---- opening: setting and identifying --------------------------------------------------- */
+/* ---- opening: setting and identifying ----------------------------------------------- */
 
 static enum driver_result set_averages(struct instrument *in, unsigned averages,
                                        struct driver_error *error)
@@ -247,7 +247,7 @@ static void rci_cancel(struct instrument *in)
     call_cancel(&in->call);
 }
 
-/* ---- setting and calibrating ------------------------------------------------------------ */
+/* ---- setting and calibrating -------------------------------------------------------- */
 
 static void all_due(struct instrument *in)
 {
@@ -361,7 +361,7 @@ static enum driver_result rci_calibrate(struct instrument *in, enum driver_calib
     return DRIVER_OK;
 }
 
-/* ---- status ----------------------------------------------------------------------------- */
+/* ---- status ------------------------------------------------------------------------- */
 
 /* Where it waits for a press, it is left waiting: the line is watched by the wait. */
 static enum driver_result see_that_it_is_there(struct instrument *in, bool *busy,

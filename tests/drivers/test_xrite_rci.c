@@ -202,6 +202,8 @@ static void test_one_reply_at_opening_is_lost_or_damaged(void)
     for (int n = 1; n <= 16; n++)
         for (size_t f = 0; f < sizeof faults / sizeof *faults; f++) {
             char action[64];
+            if (f == 4 && n % 5 != 1)
+                continue; /* a second each */
             snprintf(action, sizeof action, faults[f], n);
             connect(QUICK);
             act(action);
@@ -846,8 +848,8 @@ static void test_one_damaged_byte(void)
         unsigned on; /* the spectra are asked for twice */
         size_t bytes, step;
     } replies[] = {
-        { "CE", 1, 6, 1 },        { "RM", 1, 6, 1 },        { "0101GM", 1, 252, 25 },
-        { "0001GM", 1, 252, 25 }, { "0101GM", 2, 252, 50 }, { "0001GM", 2, 252, 50 },
+        { "CE", 1, 6, 1 },        { "RM", 1, 6, 1 },        { "0101GM", 1, 253, 28 },
+        { "0001GM", 1, 253, 28 }, { "0101GM", 2, 253, 63 }, { "0001GM", 2, 253, 63 },
     };
     const char *corrupt = getenv("CORRUPT");
     bool all = corrupt != NULL && strcmp(corrupt, "all") == 0;
