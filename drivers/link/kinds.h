@@ -28,7 +28,8 @@ enum driver_result link_open_usb(const struct link_wanted *wanted, struct link *
  * In a wait `~` is passed over by what is sent, a question that is not asked yet is silence, and
  * `! cancelled` is nothing.  Neither of the last two moves "here".  A driver whose call was cut
  * short begins the next with the way back into step; where a replay's was not, what the capture has
- * before the first bytes that are sent in a segment is passed over.  Within a segment what is sent
+ * before the first bytes that are sent in a segment is passed over, and so is all between
+ * `= way back` and the call's name again (LINK_WAY_BACK).  Within a segment what is sent
  * must be what the capture has, and on its channel, else DRIVER_PROTOCOL naming file and line; what
  * came comes at once, `~` is DRIVER_TIMEOUT at once and `!` that result.  A new link begins anew.
  */

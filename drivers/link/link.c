@@ -79,7 +79,7 @@ enum driver_result link_wait_for_permission(const struct link_wanted *wanted, in
 
 /* ---- using -------------------------------------------------------------------------- */
 
-static void tell_call(struct link *link, const char *call)
+void link_tell(struct link *link, const char *call)
 {
     if (link->ops->begin != NULL)
         link->ops->begin(link, call);
@@ -88,13 +88,13 @@ static void tell_call(struct link *link, const char *call)
 void link_begin(struct link *link, const char *call)
 {
     call_begin(link->call);
-    tell_call(link, call);
+    link_tell(link, call);
 }
 
 void link_begin_waiting(struct link *link, const char *call)
 {
     call_begin_waiting(link->call);
-    tell_call(link, call);
+    link_tell(link, call);
 }
 
 enum driver_result link_send(struct link *link, uint8_t channel, const void *bytes, size_t n,

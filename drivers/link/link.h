@@ -123,6 +123,11 @@ bool link_is_replay(const char *address);
 void link_begin(struct link *link, const char *call);
 void link_begin_waiting(struct link *link, const char *call); /* call_begin_waiting() */
 
+/* A call that begins out of step says where its way back into step begins (LINK_WAY_BACK), and
+ * where it ends: by its own name again.  A replay that is in step leaves it out. */
+#define LINK_WAY_BACK "way back"
+void link_tell(struct link *link, const char *call);
+
 enum driver_result link_send(struct link *link, uint8_t channel, const void *bytes, size_t n,
                              int64_t deadline_ms, struct driver_error *error);
 enum driver_result link_receive(struct link *link, uint8_t channel, void *bytes, size_t size,

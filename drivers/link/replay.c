@@ -22,6 +22,9 @@ struct replay {
     size_t n;
     size_t here; /* segments before it are over */
 
+    size_t way_back, own; /* segments of the call begun last; 0: it has no way back */
+    bool on_way_back;
+
     char *call;     /* begun last */
     bool silent;    /* in a wait that the capture has none of */
     bool none;      /* the capture has no such call */
@@ -35,6 +38,11 @@ struct replay {
 static bool is_status(const char *call)
 {
     return strcmp(call, "status") == 0;
+}
+
+static bool is_way_back(const char *call)
+{
+    return strcmp(call, LINK_WAY_BACK) == 0;
 }
 
 static bool is_wait(const char *call)
@@ -113,7 +121,8 @@ static size_t next_other(const struct replay *replay)
 {
     size_t i = replay->here;
     while (i < replay->n &&
-           (is_status(replay->segments[i].call) || is_wait(replay->segments[i].call)))
+           (is_status(replay->segments[i].call) || is_wait(replay->segments[i].call) ||
+            is_way_back(replay->segments[i].call)))
         i++;
     return i;
 }
@@ -166,9 +175,36 @@ static void enter(struct replay *replay, size_t segment)
         pass_over_late_answer(replay);
 }
 
+/* The call begun last goes its way back, or is at its end.  A capture that does not tell them
+ * apart has both in one segment. */
+static bool is_about_way_back(struct replay *replay, const char *call)
+{
+    bool begins = is_way_back(call);
+    bool ends = replay->on_way_back && replay->call != NULL && strcmp(replay->call, call) == 0;
+    replay->on_way_back = begins;
+    if ((begins || ends) && replay->own != 0)
+        enter(replay, begins ? replay->way_back : replay->own);
+    return begins || ends;
+}
+
+/* Where a way back stands in the call's segment, its own bytes are in the next but one. */
+static size_t note_way_back(struct replay *replay, size_t found)
+{
+    const struct segment *s = replay->segments;
+    replay->way_back = replay->own = 0;
+    if (found + 2 >= replay->n || !is_way_back(s[found + 1].call) ||
+        strcmp(s[found].call, s[found + 2].call) != 0)
+        return found;
+    replay->segments[found].used = true;
+    replay->way_back = found + 1;
+    return replay->own = found + 2;
+}
+
 static void replay_begin(struct link *link, const char *call)
 {
     struct replay *replay = (struct replay *)link;
+    if (is_about_way_back(replay, call))
+        return;
     bool status = is_status(call), wait = is_wait(call);
     size_t found = status ? find_status(replay)
                    : wait ? find_wait(replay, call)
@@ -181,6 +217,7 @@ static void replay_begin(struct link *link, const char *call)
     replay->fresh = false;
     if (found == replay->n)
         return;
+    found = note_way_back(replay, found);
     enter(replay, found);
     if (!status && !wait)
         replay->here = found + 1;

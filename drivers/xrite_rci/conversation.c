@@ -360,22 +360,27 @@ static enum driver_result hear_unasked(struct instrument *in, struct driver_erro
 }
 
 /* CE ends what waits for the operator; whatever it says comes before the marker. */
-static enum driver_result begun(struct instrument *in, struct driver_error *error)
+static enum driver_result begun(struct instrument *in, const char *call, struct driver_error *error)
 {
     in->call_ends_ms = INT64_MAX;
     if (!in->out_of_step)
         return hear_unasked(in, error);
     in->press.armed = false;
+    link_tell(in->link, LINK_WAY_BACK);
     enum driver_result r = rci_settle(in, error);
     if (r == DRIVER_OK)
         r = rci_send(in, "CE", error);
-    return r == DRIVER_OK ? into_step(in, error) : r;
+    if (r == DRIVER_OK)
+        r = into_step(in, error);
+    if (r == DRIVER_OK)
+        link_tell(in->link, call);
+    return r;
 }
 
 enum driver_result rci_begin(struct instrument *in, const char *call, struct driver_error *error)
 {
     link_begin(in->link, call);
-    return begun(in, error);
+    return begun(in, call, error);
 }
 
 enum driver_result rci_begin_waiting(struct instrument *in, const char *call,
@@ -384,7 +389,7 @@ enum driver_result rci_begin_waiting(struct instrument *in, const char *call,
     link_begin_waiting(in->link, call);
     if (call_wait(&in->call, -1, 0) == CALL_CANCELLED)
         return driver_fail(error, DRIVER_CANCELLED, NULL, "cancelled");
-    return begun(in, error);
+    return begun(in, call, error);
 }
 
 enum driver_result rci_end(struct instrument *in, enum driver_result r)

@@ -109,6 +109,21 @@ class Live(Case):
         self.assertIn("measure sce, 1 shot: same\n", out)
         self.assertIn("measure sce, 2 shots: same\nsame: 2 measurements", out)
 
+    @unittest.skipUnless("xrite_rci" in drivers(), "xrite_rci is not in this skinspecd")
+    def test_a_way_back_into_step(self):
+        """Each wait for an SP62's button that is cut short leaves it out of step."""
+        self.host.say("plug sp62 other ttyUSB0 serial=777,operator_ms=300")
+        with self.record("xrite_rci:/dev/ttyUSB0") as daemon, daemon.client() as c:
+            lease = c.acquire()["lease"]
+            c.call("instrument.calibrate", 60, lease=lease, step="zero")
+            self.host.say("act other place white")
+            c.call("instrument.calibrate", 60, lease=lease, step="white")
+            self.host.say("act other place skin")
+            c.measure(lease, replicates=2)
+        status, out, err = self.replay()
+        self.assertEqual((status, err), (0, ""), out)
+        self.assertIn("measure sce, 2 shots: same\n", out)
+
     def test_the_second_of_a_kind_is_not_recorded(self):
         self.host.say("plug cm700d two ttyACM1 serial=00099999,seed=4,operator=1")
         with self.record("km_ascii") as daemon, daemon.client() as c:

@@ -343,6 +343,26 @@ static void test_a_way_back_into_step_is_passed_over(void)
     TEST_ASSERT_NOT_NULL(strstr(error.text, "expected 1 bytes sent on channel 00: 'A'"));
 }
 
+#define CUT_SHORT HEAD "1 = a\n2 = way back\n2 > 00 A\n2 < 00 in\n3 = a\n3 > 00 A\n3 < 00 x\n"
+
+/* Its bytes may be those of the call itself: a capture tells them apart. */
+static void test_a_way_back_that_is_told(void)
+{
+    start(CUT_SHORT);
+    link_begin(wire, "a");
+    TEST_ASSERT_EQUAL_INT(DRIVER_OK, say("A"));
+    assert_heard("x");
+    link_close(wire);
+    start(CUT_SHORT); /* a replay that goes it as well */
+    link_begin(wire, "a");
+    link_tell(wire, LINK_WAY_BACK);
+    TEST_ASSERT_EQUAL_INT(DRIVER_OK, say("A"));
+    assert_heard("in");
+    link_tell(wire, "a");
+    TEST_ASSERT_EQUAL_INT(DRIVER_OK, say("A"));
+    assert_heard("x");
+}
+
 static void test_silence_is_cancelled(void)
 {
     start(HEAD ASKS("open", "o"));
@@ -402,6 +422,7 @@ int main(void)
     RUN_TEST(test_a_late_answer_is_no_news);
     RUN_TEST(test_a_question_not_asked_yet_is_silence);
     RUN_TEST(test_a_way_back_into_step_is_passed_over);
+    RUN_TEST(test_a_way_back_that_is_told);
     RUN_TEST(test_silence_is_cancelled);
     RUN_TEST(test_time_is_that_of_the_capture);
     RUN_TEST(test_files_that_cannot_be_replayed);
