@@ -15,9 +15,9 @@
 #include "base/status.h"
 
 enum {
-    STRICT_JSON_MAX_DEPTH = 16,   /* objects and arrays within each other */
-    STRICT_JSON_MAX_MEMBERS = 64, /* of one object: names are compared each with each */
-    STRICT_JSON_MAX_NUMBER = 63,  /* bytes of one number: cJSON's own buffer */
+    STRICT_JSON_MAX_DEPTH = 16,    /* objects and arrays within each other */
+    STRICT_JSON_MAX_MEMBERS = 128, /* of one object: names are compared each with each */
+    STRICT_JSON_MAX_NUMBER = 63,   /* bytes of one number: cJSON's own buffer */
 };
 
 enum strict_json_fault {

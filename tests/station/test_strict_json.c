@@ -326,8 +326,8 @@ static void test_depth(void)
 
 static void test_members(void)
 {
-    char text[2048] = "{";
-    for (int i = 0; i < 64; i++)
+    char text[4096] = "{";
+    for (int i = 0; i < 128; i++)
         sprintf(text + strlen(text), "%s\"m%d\":%d", i > 0 ? "," : "", i, i);
     size_t n = strlen(text);
     strcpy(text + n, "}");
