@@ -64,7 +64,9 @@ tables  := $(BUILD)/tables/table-two-layer.db $(BUILD)/tables/table-paper.db
 .PHONY: FORCE help all demo test test-fuzz test-kill test-soak soak bench asan cover lint format docs install clean \
         need-build need-test need-fuzz need-lint
 .DELETE_ON_ERROR:
-.SECONDARY:
+# Kept, though only an implicit rule asks for them.  No others: a secondary object that is not there yet
+# does not make its program anew where its source is older than that, as one that was copied may be.
+.SECONDARY: $(call objects,$(tests_c) $(own_tests_c) $(fuzz_c) $(bench_c))
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
