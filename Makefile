@@ -30,16 +30,19 @@ drivers_c := $(wildcard drivers/*.c drivers/*/*.c)
 capture_c := drivers/driver.c drivers/link/capture.c drivers/link/capture_read.c
 cli_c   := $(wildcard src/cli/*.c)
 tests_c := $(wildcard tests/*/test_*.c)
-# A driver may bring its own.
+# A driver may bring its own, and what they need: simulators, whatever the programs share.
 own_tests_c := $(wildcard drivers/*/tests/test_*.c)
+own_sims_c  := $(wildcard drivers/*/tests/sim_*.c)
+own_support_c := $(filter-out $(own_tests_c) $(own_sims_c),$(wildcard drivers/*/tests/*.c))
 # What stands for the instruments; wire_memory is the one that needs a driver's link.
-sims_c  := $(filter-out tests/sim/test_%.c tests/sim/wire_memory.c,$(wildcard tests/sim/*.c))
-support_c := $(wildcard tests/support/*.c tests/drivers/contract.c tests/drivers/cue.c) $(sims_c) $(wildcard tests/sim/wire_memory.c)
+sims_c  := $(filter-out tests/sim/test_%.c tests/sim/wire_memory.c,$(wildcard tests/sim/*.c)) $(own_sims_c)
+support_c := $(wildcard tests/support/*.c tests/drivers/contract.c tests/drivers/cue.c) $(sims_c) $(wildcard tests/sim/wire_memory.c) \
+           $(own_support_c)
 # What mocks the system's devices for unmodified programs, and the program that does.
 mock_c  := $(wildcard tests/sim/mock/*.c)
 fuzz_c  := $(wildcard tests/fuzz/*.c)
 bench_c := $(wildcard tests/bench/*.c tests/match/bench.c tests/store/bench.c)
-all_h   := $(wildcard src/*.h src/*/*.h db/*.h drivers/*.h drivers/*/*.h tests/*/*.h tests/*/*/*.h)
+all_h   := $(wildcard src/*.h src/*/*.h db/*.h drivers/*.h drivers/*/*.h drivers/*/tests/*.h tests/*/*.h tests/*/*/*.h)
 public_h := $(shell sed -n 's/^.include "\(.*\)".*/\1/p' src/skinspec.h)
 objects  = $(patsubst %.c,$(BUILD)/obj/%.o,$(1))
 core_o  := $(call objects,$(core_c))
@@ -209,7 +212,7 @@ $(BUILD)/obj/unity.o: $(unity)/unity.c $(BUILD)/flags | need-build
 
 # Private: or the flags of a tests' object would count as those of everything.
 $(BUILD)/obj/tests/%.o: private override EXTRA += -isystem $(unity) -DUNITY_INCLUDE_DOUBLE
-$(call objects,$(own_tests_c)): private override EXTRA += -isystem $(unity) -DUNITY_INCLUDE_DOUBLE
+$(call objects,$(own_tests_c) $(own_support_c)): private override EXTRA += -isystem $(unity) -DUNITY_INCLUDE_DOUBLE
 $(call objects,$(tests_c) $(own_tests_c) $(support_c)): | $(unity)/unity.c
 
 $(lib_a): $(core_o)
@@ -244,7 +247,7 @@ $(addprefix $(BUILD)/tests/,$(run_short)): LINK := $(scarce:%=-Wl,--wrap=%)
 # A test may use everything but the main programs.  One that is named test_NAME_umockdev.c makes
 # itself mocked devices: the library that redirects its system calls comes first, before libasan.
 not_main = $(filter-out %/main.o,$(1))
-$(BUILD)/obj/tests/%_umockdev.o: PKG_CFLAGS += $(shell pkg-config --cflags $(MOCKS))
+$(BUILD)/obj/tests/%_umockdev.o $(BUILD)/obj/drivers/%_umockdev.o: PKG_CFLAGS += $(shell pkg-config --cflags $(MOCKS))
 $(BUILD)/tests/%_umockdev: PRELOAD = -Wl,--no-as-needed -lumockdev-preload -Wl,--as-needed
 $(BUILD)/tests/%_umockdev: MOCKS_LIBS = $(shell pkg-config --libs $(MOCKS))
 $(filter %_umockdev,$(tests)): $(call objects,$(filter-out %/host.c,$(mock_c)))

@@ -52,7 +52,22 @@ struct sim_kind {
 extern const struct sim_kind sim_cm700d, sim_cm2600d, sim_sp62, sim_usb2000, sim_usb4000,
     sim_hr2000, sim_hr4000;
 
-/* NULL where there is none of that name.  sim.c has the list. */
+/* NULL where there is none of that name.  sim.c has the list of those in this folder. */
 const struct sim_kind *sim_find(const char *name);
+
+/* One that a driver brings, drivers/NAME/tests/sim_NAME.c, is found once its file says
+ * SIM_IS_FOUND(sim_NAME), without a line elsewhere. */
+struct sim_place {
+    const struct sim_kind *kind;
+    struct sim_place *next;
+};
+void sim_add(struct sim_place *place); /* before main() */
+#define SIM_IS_FOUND(sim) \
+    __attribute__((constructor)) static void sim##_is_found(void) \
+    { \
+        static struct sim_place place = { &(sim), NULL }; \
+        sim_add(&place); \
+    } \
+    struct sim
 
 #endif

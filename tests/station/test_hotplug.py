@@ -3,61 +3,18 @@
 again by serial number, gone at once, and back within a second."""
 
 import os
-import shutil
 import sys
-import tempfile
 import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from client import new_uuid  # noqa: E402
-from daemon import INSTRUMENTED, Case, Daemon, main, wait_for  # noqa: E402
-from testbed import Testbed  # noqa: E402
+from daemon import INSTRUMENTED, main, wait_for  # noqa: E402
+from testbed import OnTestbed  # noqa: E402
 
-NOBODY = 65534
 CM700D = "operator=1,delays=0"
 BACK_S = 10 if INSTRUMENTED else 1
 GONE_S = 5 if INSTRUMENTED else 0.5  # of the daemon; the driver's 100 ms and a margin
-
-
-class OnTestbed(Case):
-    instruments = None
-
-    def setUp(self):
-        self.bed = self.enterContext(Testbed())
-
-    def start(self, *instruments, **more):
-        self.daemon = self.enterContext(
-            Daemon(instruments=instruments or ("auto",), env=self.bed.env(), **more)
-        )
-        return self.client()
-
-    def as_nobody(self):
-        """Root may open everything."""
-        if os.geteuid() != 0:
-            return {}
-        folder = tempfile.mkdtemp(prefix="sk.", dir="/tmp")
-        self.addCleanup(shutil.rmtree, folder, ignore_errors=True)
-        for path, folders, files in os.walk(self.bed.root):  # umockdev's own sockets are in there
-            os.chmod(path, 0o777)
-            for name in files if "/ioctl" in path else ():
-                os.chmod(os.path.join(path, name), 0o666)
-        os.chown(folder, NOBODY, NOBODY)
-        return {"state": folder, "socket": os.path.join(folder, "s"),
-                "user": NOBODY, "group": NOBODY, "extra_groups": []}  # fmt: skip
-
-    @staticmethod
-    def states(client):
-        return {x["instrument"]: x["state"]
-                for x in client.call("instrument.list")["instruments"]}  # fmt: skip
-
-    def wait_for_state(self, client, name, state, within_s=20):
-        began = time.monotonic()
-        try:
-            wait_for(f"{name} {state}", lambda: self.states(client).get(name) == state, within_s)
-        except AssertionError as error:
-            raise AssertionError(f"{error}; {self.states(client)}; {self.daemon.log()}") from None
-        return time.monotonic() - began
 
 
 class Hotplug(OnTestbed):

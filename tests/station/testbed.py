@@ -1,17 +1,21 @@
 """testbed.py - simulated instruments that are plugged into a daemon's machine and pulled out.
 
 build/simhost holds them in a testbed of umockdev; a daemon that is started with env() sees no
-other devices.  See tests/sim/README.md."""
+other devices.  See tests/sim/README.md.  OnTestbed is the case for tests of that kind."""
 
 import os
 import queue
+import shutil
 import subprocess
+import tempfile
 import threading
+import time
 
-from daemon import BUILD
+from daemon import BUILD, Case, Daemon, wait_for
 
 SIMHOST = os.path.join(BUILD, "simhost")
 ANSWER_S = 30
+NOBODY = 65534
 
 
 class Testbed:
@@ -78,3 +82,43 @@ class Testbed:
 
     def __exit__(self, *_):
         self.close()
+
+
+class OnTestbed(Case):
+    instruments = None
+
+    def setUp(self):
+        self.bed = self.enterContext(Testbed())
+
+    def start(self, *instruments, **more):
+        self.daemon = self.enterContext(
+            Daemon(instruments=instruments or ("auto",), env=self.bed.env(), **more)
+        )
+        return self.client()
+
+    def as_nobody(self):
+        """Root may open everything."""
+        if os.geteuid() != 0:
+            return {}
+        folder = tempfile.mkdtemp(prefix="sk.", dir="/tmp")
+        self.addCleanup(shutil.rmtree, folder, ignore_errors=True)
+        for path, folders, files in os.walk(self.bed.root):  # umockdev's own sockets are in there
+            os.chmod(path, 0o777)
+            for name in files if "/ioctl" in path else ():
+                os.chmod(os.path.join(path, name), 0o666)
+        os.chown(folder, NOBODY, NOBODY)
+        return {"state": folder, "socket": os.path.join(folder, "s"),
+                "user": NOBODY, "group": NOBODY, "extra_groups": []}  # fmt: skip
+
+    @staticmethod
+    def states(client):
+        return {x["instrument"]: x["state"]
+                for x in client.call("instrument.list")["instruments"]}  # fmt: skip
+
+    def wait_for_state(self, client, name, state, within_s=20):
+        began = time.monotonic()
+        try:
+            wait_for(f"{name} {state}", lambda: self.states(client).get(name) == state, within_s)
+        except AssertionError as error:
+            raise AssertionError(f"{error}; {self.states(client)}; {self.daemon.log()}") from None
+        return time.monotonic() - began
