@@ -2,7 +2,8 @@
  *
  * A driver passes with a program of its own, test_NAME_contract.c here or in
  * drivers/NAME/tests: fixtures that say how to have its instrument, or what stands for it, in each
- * of these situations. */
+ * of these situations.  Where a simulator stands for it, tests/drivers/cue.h makes one fall silent
+ * at a certain command. */
 #ifndef SKINSPEC_TESTS_DRIVERS_CONTRACT_H
 #define SKINSPEC_TESTS_DRIVERS_CONTRACT_H
 
@@ -10,7 +11,8 @@
 
 enum contract_situation {
     CONTRACT_SOUND,        /* quick, whole, uncalibrated; button not pressed; some samples */
-    CONTRACT_TAKES_TIME,   /* sound, but every calibration and shot takes a second or more */
+    CONTRACT_TAKES_TIME,   /* sound, but every calibration and shot takes a second or more; a shot
+                              that was cancelled is answered nevertheless, as in life */
     CONTRACT_FALLS_SILENT, /* never answers its second shot, all others well and quickly */
     CONTRACT_SILENT,       /* does not answer even when it is opened */
     CONTRACT_SITUATIONS
@@ -26,6 +28,10 @@ struct contract_fixture {
 
     /* The wire to what set_up() made; NULL: the address says it. */
     const struct link_source *(*wire)(void);
+
+    /* What the driver allows a shot beside the reply timeout, where the instrument says nothing
+     * before it is done; 0 where it acknowledges at once or can be asked meanwhile. */
+    int shot_ms;
 
     /* Whether two instruments set up alike measure exactly alike. */
     bool deterministic;
