@@ -3,18 +3,21 @@
 
 #include <string.h>
 
-#include "drivers/km_ascii/km_ascii.h"
-#include "drivers/ocean_ooi/ocean_ooi.h"
-#include "drivers/simulated/simulated.h"
-#include "drivers/xrite_rci/xrite_rci.h"
+/* DRIVER(NAME): the driver NAME_driver of drivers/NAME/. */
+#define EACH_DRIVER \
+    DRIVER(simulated) /* no instrument */ \
+    DRIVER(km_ascii)  /* Konica Minolta CM-700d, CM-2600d */ \
+    DRIVER(ocean_ooi) /* Ocean's spectrometers on a sphere */ \
+    DRIVER(xrite_rci) /* X-Rite SP60, SP62, SP64 */ \
+    /* the end */
 
-const struct driver *const driver_registry[] = {
-    &simulated_driver, /* no instrument */
-    &km_ascii_driver,  /* Konica Minolta CM-700d, CM-2600d */
-    &ocean_ooi_driver, /* Ocean's spectrometers on a sphere */
-    &xrite_rci_driver, /* X-Rite SP60, SP62, SP64 */
-    NULL,
-};
+#define DRIVER(name) extern const struct driver name##_driver;
+EACH_DRIVER
+#undef DRIVER
+
+#define DRIVER(name) &name##_driver,
+const struct driver *const driver_registry[] = { EACH_DRIVER NULL };
+#undef DRIVER
 
 const struct driver *driver_find(const char *name)
 {
