@@ -42,6 +42,7 @@ support_c := $(wildcard tests/support/*.c tests/drivers/contract.c tests/drivers
 mock_c  := $(wildcard tests/sim/mock/*.c)
 fuzz_c  := $(wildcard tests/fuzz/*.c)
 bench_c := $(wildcard tests/bench/*.c tests/match/bench.c tests/store/bench.c)
+new_driver := $(wildcard tests/new_driver/drivers/*/*.[ch] tests/new_driver/drivers/*/tests/*.[ch])
 all_h   := $(wildcard src/*.h src/*/*.h db/*.h drivers/*.h drivers/*/*.h drivers/*/tests/*.h tests/*/*.h tests/*/*/*.h)
 public_h := $(shell sed -n 's/^.include "\(.*\)".*/\1/p' src/skinspec.h)
 objects  = $(patsubst %.c,$(BUILD)/obj/%.o,$(1))
@@ -64,7 +65,7 @@ daemon  := $(BUILD)/skinspecd
 simhost := $(if $(wildcard tests/sim/mock/host.c),$(BUILD)/simhost)
 tables  := $(BUILD)/tables/table-two-layer.db $(BUILD)/tables/table-paper.db
 
-.PHONY: FORCE help all demo test test-fuzz test-kill test-soak soak bench asan cover lint format docs install clean \
+.PHONY: FORCE help all demo test test-new-driver test-fuzz test-kill test-soak soak bench asan cover lint format docs install clean \
         need-build need-test need-fuzz need-lint
 .DELETE_ON_ERROR:
 # Kept, though only an implicit rule asks for them.  No others: a secondary object that is not there yet
@@ -81,6 +82,9 @@ demo: $(program) $(daemon) $(tables) ## a station on a simulated instrument: cal
 
 test: need-test all $(tests) $(simhost) $(tables) ## all tests
 	@BUILD=$(BUILD) tools/run-tests $(tests)
+
+test-new-driver: need-test all $(simhost) $(tables) ## a driver added to a copy of the tree: what it touches, its tests, a station with it
+	@BUILD=$(BUILD) python3 -B tests/new_driver/new_driver.py
 
 FUZZ_SECONDS ?= 60
 fuzzed := protocol session km_ascii ocean_ooi xrite_rci
@@ -135,7 +139,7 @@ lint: need-lint ## layout, static analysis, and warnings of gcc and clang as err
 
 format: need-lint ## lay out the sources by clang-format
 	@clang-format -i $(core_c) $(json_c) $(station_c) $(db_c) $(drivers_c) $(cli_c) $(tests_c) $(own_tests_c) \
-	    $(support_c) $(mock_c) $(fuzz_c) $(bench_c) $(all_h) docs/examples/*.c
+	    $(support_c) $(mock_c) $(fuzz_c) $(bench_c) $(new_driver) $(all_h) docs/examples/*.c
 
 docs: ## docs/protocol.md from the protocol's description
 	@tools/protocol-docs > docs/protocol.md.new && mv docs/protocol.md.new docs/protocol.md
