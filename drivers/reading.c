@@ -45,6 +45,14 @@ enum doubt doubt_pair(size_t n, const int32_t *sci, const int32_t *sce, double r
     return DOUBT_NONE;
 }
 
+enum doubt doubt_both(size_t n, const int32_t *sci, const int32_t *sce, double raw_unit, bool gloss)
+{
+    enum doubt doubt = doubt_spectrum(n, sce, raw_unit);
+    if (doubt == DOUBT_NONE)
+        doubt = doubt_spectrum(n, sci, raw_unit);
+    return doubt == DOUBT_NONE ? doubt_pair(n, sci, sce, raw_unit, gloss) : doubt;
+}
+
 static bool bytes_are_to_blame(enum doubt doubt)
 {
     return doubt == DOUBT_WRONG_COUNT || doubt == DOUBT_NO_NUMBER || doubt == DOUBT_GLOSS ||

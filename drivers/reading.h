@@ -36,10 +36,12 @@ enum doubt {
  * gives 0.0017, at an end 0.002: five times that. */
 #define DOUBT_GLOSS_LIMIT 0.01
 
-/* One spectrum alone, then two as a pair.  `gloss`: look at SCI - SCE too, which has to be done
- * where the instrument sends each value only once. */
+/* One spectrum alone, then two as a pair, then all three.  `gloss`: look at SCI - SCE too, which
+ * has to be done where the instrument sends each value only once. */
 enum doubt doubt_spectrum(size_t n, const int32_t *raw, double raw_unit);
 enum doubt doubt_pair(size_t n, const int32_t *sci, const int32_t *sce, double raw_unit,
+                      bool gloss);
+enum doubt doubt_both(size_t n, const int32_t *sci, const int32_t *sce, double raw_unit,
                       bool gloss);
 
 /* DRIVER_OK for DOUBT_NONE; DRIVER_PROTOCOL where the bytes are to blame, else

@@ -127,14 +127,8 @@ enum driver_result km_read_one(struct instrument *in, const char *question, bool
 enum driver_result km_read_both(struct instrument *in, const char *command, struct km_spectra *ret,
                                 struct driver_error *error);
 /* Both out of two lines of a CM-2600d. */
-enum km_doubt km_read_lines(const struct instrument *in, const struct km_reply *sci,
-                            const struct km_reply *sce, struct km_spectra *ret);
-/* DRIVER_OK for KM_SOUND. */
-enum driver_result km_doubt_fail(enum km_doubt doubt, struct driver_error *error);
-
-void km_reading_init(const struct instrument *in, unsigned warnings, struct driver_reading *ret);
-void km_reading_add(const struct instrument *in, const int32_t *raw, enum specular specular,
-                    double aperture_mm, struct driver_reading *ret);
+enum doubt km_read_lines(const struct instrument *in, const struct km_reply *sci,
+                         const struct km_reply *sce, struct km_spectra *ret);
 
 /* ---- presses (press.c) -------------------------------------------------------------- */
 

@@ -1,9 +1,7 @@
 /* km_ascii_wire.c - lines, identity, spectra: what both dialects share. */
 #include "drivers/km_ascii/km_ascii_wire.h"
 
-#include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
@@ -52,13 +50,7 @@ bool km_read_unsigned(struct km_field field, unsigned most, unsigned *ret)
 
 void km_read_text(struct km_field field, char *ret, size_t size)
 {
-    size_t n = 0;
-    for (size_t i = 0; i < field.n && n + 1 < size; i++)
-        if (field.at[i] >= ' ' && field.at[i] <= '~' && (n > 0 || field.at[i] != ' '))
-            ret[n++] = field.at[i];
-    while (n > 0 && ret[n - 1] == ' ')
-        n--;
-    ret[n] = '\0';
+    reading_plain_text(field.at, field.n, ret, size);
 }
 
 const struct km_code *km_find_code(const struct km_dialect *dialect, const struct km_reply *reply)
@@ -183,71 +175,17 @@ static bool read_value(const struct km_dialect *dialect, struct km_field field, 
     return true;
 }
 
-enum km_doubt km_read_spectrum(const struct km_dialect *dialect, const struct km_reply *reply,
-                               size_t first, size_t n, int32_t *raw)
+enum doubt km_read_spectrum(const struct km_dialect *dialect, const struct km_reply *reply,
+                            size_t first, size_t n, int32_t *raw)
 {
     if (reply->fields != first + n || n == 0)
-        return KM_WRONG_COUNT;
+        return DOUBT_WRONG_COUNT;
     const struct km_field *field = &reply->field[first];
     bool dotted = dialect->dots && memchr(field->at, '.', field->n) != NULL;
     for (size_t i = 0; i < n; i++)
         if (!read_value(dialect, field[i], dotted, &raw[i]))
-            return KM_NO_NUMBER;
-    return KM_SOUND;
-}
-
-enum km_doubt km_doubt_spectrum(const struct km_dialect *dialect, size_t n, const int32_t *raw)
-{
-    const int32_t jump = (int32_t)lround(KM_JUMP_LIMIT / dialect->raw_unit);
-    int32_t most = 0;
-    for (size_t i = 0; i < n; i++) {
-        if (raw[i] < 0 || raw[i] > dialect->most)
-            return KM_OUT_OF_RANGE;
-        if (i > 0 && abs(raw[i] - raw[i - 1]) > jump)
-            return KM_JUMP;
-        most = raw[i] > most ? raw[i] : most;
-    }
-    return most == 0 ? KM_ALL_ZERO : KM_SOUND;
-}
-
-enum km_doubt km_doubt_pair(const struct km_dialect *dialect, size_t n, const int32_t *sci,
-                            const int32_t *sce, bool gloss)
-{
-    const int32_t slack = (int32_t)lround(KM_ORDER_SLACK / dialect->raw_unit);
-    const int32_t limit = (int32_t)lround(KM_GLOSS_LIMIT / dialect->raw_unit);
-    if (memcmp(sci, sce, n * sizeof *sci) == 0)
-        return KM_SAME;
-    for (size_t i = 0; i < n; i++)
-        if (sci[i] < sce[i] - slack)
-            return KM_ORDER;
-    for (size_t i = 0; gloss && n >= 2 && i < n; i++) {
-        size_t before = i == 0 ? 1 : i - 1, behind = i + 1 == n ? i - 1 : i + 1;
-        int32_t expect = (sci[before] - sce[before] + sci[behind] - sce[behind]) / 2;
-        if (abs(sci[i] - sce[i] - expect) > limit)
-            return KM_GLOSS;
-    }
-    return KM_SOUND;
-}
-
-const char *km_doubt_text(enum km_doubt doubt)
-{
-    static const char *const text[] = {
-        [KM_SOUND] = "",
-        [KM_WRONG_COUNT] = "a spectrum came with another number of bands than the instrument "
-                           "states: measure again; if it stays so, check the cable",
-        [KM_NO_NUMBER] = "a spectrum came with a value that is no number: measure again; if it "
-                         "stays so, check the cable",
-        [KM_OUT_OF_RANGE] = "a band is outside 0 to 200 %: calibrate and measure again",
-        [KM_ALL_ZERO] = "no light came back at all: calibrate and measure again",
-        [KM_JUMP] = "neighbouring bands differ by more than any surface's do: calibrate and "
-                    "measure again",
-        [KM_ORDER] = "there is less light with the gloss than without it: hold the instrument "
-                     "still and measure again",
-        [KM_GLOSS] = "the gloss alone jumps from band to band, as when a value came damaged: "
-                     "measure again; if it stays so, check the cable",
-        [KM_SAME] = "the spectra with and without gloss are one and the same: measure again",
-    };
-    return text[doubt];
+            return DOUBT_NO_NUMBER;
+    return DOUBT_NONE;
 }
 
 /* ---- clock -------------------------------------------------------------------------- */

@@ -34,6 +34,7 @@
 #define SKINSPEC_DRIVERS_KM_ASCII_WIRE_H
 
 #include "drivers/link/link.h"
+#include "drivers/reading.h"
 
 /* ---- a line ------------------------------------------------------------------------- */
 
@@ -55,7 +56,7 @@ bool km_read_reply(const char *line, struct km_reply *ret);
 /* Decimal digits only, at most 9 of them and at most `most`. */
 bool km_read_unsigned(struct km_field field, unsigned most, unsigned *ret);
 
-/* What is printable of a field, cut to the size. */
+/* reading_plain_text() of a field. */
 void km_read_text(struct km_field field, char *ret, size_t size);
 
 /* ---- codes -------------------------------------------------------------------------- */
@@ -115,7 +116,6 @@ struct km_dialect {
     bool has_clock, has_plate_id, has_samples;
     bool dots;       /* values may have a dot */
     double raw_unit; /* reflectance of one count, as km_read_spectrum() counts */
-    int32_t most;    /* counts that no reflectance exceeds: 200 % */
     size_t state_fields, settings_fields;
     bool (*read_state)(const struct km_reply *reply, struct km_state *ret);
     bool (*read_settings)(const struct km_reply *reply, struct km_settings *ret);
@@ -138,39 +138,10 @@ const struct km_dialect *km_read_identity(const struct km_reply *reply,
 
 /* ---- spectra ------------------------------------------------------------------------ */
 
-enum km_doubt {
-    KM_SOUND,
-    KM_WRONG_COUNT, /* not as many values as bands */
-    KM_NO_NUMBER,   /* a value that is none, or some with a dot and some without */
-    KM_OUT_OF_RANGE,
-    KM_ALL_ZERO,
-    KM_JUMP,  /* between neighbouring bands, larger than any surface's */
-    KM_ORDER, /* less with the gloss than without it */
-    KM_GLOSS, /* the gloss alone jumps: a value came damaged */
-    KM_SAME,  /* SCI and SCE are one and the same line */
-};
-const char *km_doubt_text(enum km_doubt doubt); /* what is wrong and what to do; "" for KM_SOUND */
-
-/* n values from field `first` on to the last; counts of dialect->raw_unit. */
-enum km_doubt km_read_spectrum(const struct km_dialect *dialect, const struct km_reply *reply,
-                               size_t first, size_t n, int32_t *raw);
-
-/* KM_JUMP_LIMIT a band (10 nm): of 130 measured skins the steepest rises by 0.11.  0.4 leaves
- * room for the edge of a saturated red tile. */
-#define KM_JUMP_LIMIT 0.4
-/* Reflectance by which SCE may exceed SCI through noise: three times the 0.1 % of repeatability
- * that makers state for such instruments. */
-#define KM_ORDER_SLACK 0.003
-/* SCI - SCE is what the surface mirrors, about 0.04 at all wavelengths: a band that stands off
- * the mean of its neighbours by more than this came damaged.  Noise of 0.1 % in both spectra
- * gives 0.0017, at an end 0.002: five times that. */
-#define KM_GLOSS_LIMIT 0.01
-
-/* One spectrum alone, then two as a pair.  `gloss`: look at SCI - SCE too, which has to be done
- * where the instrument sends each value only once. */
-enum km_doubt km_doubt_spectrum(const struct km_dialect *dialect, size_t n, const int32_t *raw);
-enum km_doubt km_doubt_pair(const struct km_dialect *dialect, size_t n, const int32_t *sci,
-                            const int32_t *sce, bool gloss);
+/* n values from field `first` on to the last; counts of dialect->raw_unit.  DOUBT_NONE,
+ * DOUBT_WRONG_COUNT, or DOUBT_NO_NUMBER, also for some values with a dot and some without. */
+enum doubt km_read_spectrum(const struct km_dialect *dialect, const struct km_reply *reply,
+                            size_t first, size_t n, int32_t *raw);
 
 /* ---- clock -------------------------------------------------------------------------- */
 

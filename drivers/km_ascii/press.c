@@ -46,7 +46,7 @@ static void note_half(struct instrument *in, const char *line, const struct km_r
     }
     press->pressed = true;
     press->has_spectra = km_read_reply(press->first, &sci) &&
-                         km_read_lines(in, &sci, sce, &press->spectra) == KM_SOUND;
+                         km_read_lines(in, &sci, sce, &press->spectra) == DOUBT_NONE;
     press->first[0] = '\0';
     memcpy(press->last, line, strlen(line) + 1);
 }
@@ -108,8 +108,8 @@ static enum driver_result fetch(struct instrument *in, struct km_spectra *ret, b
         ret->warnings |= warnings;
     }
     if (r == DRIVER_OK)
-        *sound = km_doubt_pair(in->dialect, bands(in), ret->sci, ret->sce,
-                               !sci_sure || !sce_sure) == KM_SOUND;
+        *sound = doubt_pair(bands(in), ret->sci, ret->sce, in->dialect->raw_unit,
+                            !sci_sure || !sce_sure) == DOUBT_NONE;
     if (r == DRIVER_PROTOCOL)
         return km_settle(in, error);
     if (r == DRIVER_CANCELLED || r == DRIVER_GONE)
@@ -142,9 +142,9 @@ static enum driver_result poll_button(struct instrument *in, bool *busy, struct 
     if (!reply.ok && km_reaction_to(in, &reply) == KM_EMPTY)
         press->has_last = false;
     bool same =
-        !reply.ok ||
-        (press->has_last && km_read_spectrum(in->dialect, &reply, 0, bands(in), sci) == KM_SOUND &&
-         memcmp(sci, press->last_sci, bands(in) * sizeof *sci) == 0);
+        !reply.ok || (press->has_last &&
+                      km_read_spectrum(in->dialect, &reply, 0, bands(in), sci) == DOUBT_NONE &&
+                      memcmp(sci, press->last_sci, bands(in) * sizeof *sci) == 0);
     if (!same)
         r = fetch(in, &press->spectra, &press->has_spectra, error);
     press->looked_ms = now_ms;

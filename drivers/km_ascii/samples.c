@@ -101,11 +101,11 @@ static enum driver_result read_listed(struct instrument *in, unsigned number,
     if (r != DRIVER_OK)
         return r;
     double aperture_mm = in->identity.aperture_mm[header.area == in->area[0] ? 0 : 1];
-    km_reading_init(in, spectra.warnings, ret);
+    reading_init(in->dialect->raw_unit, spectra.warnings, ret);
     if (header.specular != 1)
-        km_reading_add(in, spectra.sce, SPECULAR_SCE, aperture_mm, ret);
+        reading_add(&in->identity.grid[0], spectra.sce, SPECULAR_SCE, aperture_mm, ret);
     if (header.specular != 2)
-        km_reading_add(in, spectra.sci, SPECULAR_SCI, aperture_mm, ret);
+        reading_add(&in->identity.grid[0], spectra.sci, SPECULAR_SCI, aperture_mm, ret);
     memcpy(ret->sample, header.name, sizeof ret->sample);
     if (ret->sample[0] == '\0')
         snprintf(ret->sample, sizeof ret->sample, "sample %u", number);

@@ -11,19 +11,14 @@ enum {
     CHARGING_MS = 20000,
 };
 
-static size_t bands(const struct instrument *in)
+static const struct driver_grid *grid(const struct instrument *in)
 {
-    return in->identity.grid[0].n;
+    return &in->identity.grid[0];
 }
 
-enum driver_result km_doubt_fail(enum km_doubt doubt, struct driver_error *error)
+static size_t bands(const struct instrument *in)
 {
-    if (doubt == KM_SOUND)
-        return DRIVER_OK;
-    bool bytes =
-        doubt == KM_WRONG_COUNT || doubt == KM_NO_NUMBER || doubt == KM_GLOSS || doubt == KM_SAME;
-    return driver_fail(error, bytes ? DRIVER_PROTOCOL : DRIVER_IMPLAUSIBLE, NULL, "%s",
-                       km_doubt_text(doubt));
+    return grid(in)->n;
 }
 
 /* ---- fetching ----------------------------------------------------------------------- */
@@ -55,9 +50,10 @@ enum driver_result km_read_one(struct instrument *in, const char *question, bool
         if (!reply.ok)
             return km_fail(in, &reply, error);
         *warnings = km_warnings_of(in, &reply);
-        enum km_doubt doubt = km_read_spectrum(in->dialect, &reply, 0, bands(in), raw);
-        return km_doubt_fail(
-            doubt == KM_SOUND ? km_doubt_spectrum(in->dialect, bands(in), raw) : doubt, error);
+        enum doubt doubt = km_read_spectrum(in->dialect, &reply, 0, bands(in), raw);
+        if (doubt == DOUBT_NONE)
+            doubt = doubt_spectrum(bands(in), raw, in->dialect->raw_unit);
+        return doubt_fail(doubt, error);
     }
 }
 
@@ -76,23 +72,20 @@ enum driver_result km_read_both(struct instrument *in, const char *command, stru
     if (r != DRIVER_OK)
         return r;
     ret->warnings = sci_warnings | sce_warnings;
-    return km_doubt_fail(
-        km_doubt_pair(in->dialect, bands(in), ret->sci, ret->sce, !sci_sure || !sce_sure), error);
+    return doubt_fail(
+        doubt_pair(bands(in), ret->sci, ret->sce, in->dialect->raw_unit, !sci_sure || !sce_sure),
+        error);
 }
 
-enum km_doubt km_read_lines(const struct instrument *in, const struct km_reply *sci,
-                            const struct km_reply *sce, struct km_spectra *ret)
+enum doubt km_read_lines(const struct instrument *in, const struct km_reply *sci,
+                         const struct km_reply *sce, struct km_spectra *ret)
 {
     size_t n = bands(in);
-    enum km_doubt doubt = km_read_spectrum(in->dialect, sci, 0, n, ret->sci);
-    if (doubt == KM_SOUND)
+    enum doubt doubt = km_read_spectrum(in->dialect, sci, 0, n, ret->sci);
+    if (doubt == DOUBT_NONE)
         doubt = km_read_spectrum(in->dialect, sce, 0, n, ret->sce);
-    if (doubt == KM_SOUND)
-        doubt = km_doubt_spectrum(in->dialect, n, ret->sci);
-    if (doubt == KM_SOUND)
-        doubt = km_doubt_spectrum(in->dialect, n, ret->sce);
-    if (doubt == KM_SOUND)
-        doubt = km_doubt_pair(in->dialect, n, ret->sci, ret->sce, true);
+    if (doubt == DOUBT_NONE)
+        doubt = doubt_both(n, ret->sci, ret->sce, in->dialect->raw_unit, true);
     /* Lamp and battery stay as they are from line to line: what one alone says came damaged. */
     ret->warnings = km_warnings_of(in, sci) & km_warnings_of(in, sce);
     return doubt;
@@ -237,7 +230,7 @@ static enum driver_result shoot_and_hear(struct instrument *in, struct km_spectr
     }
     if (!sce.ok)
         return km_fail(in, &sce, error);
-    enum driver_result r = km_doubt_fail(km_read_lines(in, &sci, &sce, ret), error);
+    enum driver_result r = doubt_fail(km_read_lines(in, &sci, &sce, ret), error);
     if (r != DRIVER_OK)
         return r;
     memcpy(in->press.last, in->line[1], sizeof in->press.last);
@@ -248,30 +241,6 @@ static enum driver_result shoot_and_hear(struct instrument *in, struct km_spectr
 }
 
 /* ---- the reading -------------------------------------------------------------------- */
-
-void km_reading_init(const struct instrument *in, unsigned warnings, struct driver_reading *ret)
-{
-    memset(ret, 0, sizeof *ret);
-    ret->raw_unit = in->dialect->raw_unit;
-    ret->warnings = warnings;
-}
-
-void km_reading_add(const struct instrument *in, const int32_t *raw, enum specular specular,
-                    double aperture_mm, struct driver_reading *ret)
-{
-    const struct driver_grid *grid = &in->identity.grid[0];
-    bool sce = specular == SPECULAR_SCE;
-    struct spectrum *spectrum = sce ? &ret->sce : &ret->sci;
-    memcpy(sce ? ret->raw_sce : ret->raw_sci, raw, grid->n * sizeof *raw);
-    *(sce ? &ret->has_sce : &ret->has_sci) = true;
-    spectrum->first_nm = grid->first_nm;
-    spectrum->step_nm = grid->step_nm;
-    spectrum->n = grid->n;
-    spectrum->specular = specular;
-    spectrum->aperture_mm = aperture_mm;
-    for (size_t i = 0; i < grid->n; i++)
-        spectrum->value[i] = raw[i] * ret->raw_unit;
-}
 
 static enum driver_result measure(struct instrument *in, struct km_spectra *ret,
                                   struct driver_error *error)
@@ -298,8 +267,8 @@ enum driver_result km_measure(struct instrument *in, struct driver_reading *ret,
         return km_end(in, r);
     }
     double aperture_mm = in->identity.aperture_mm[in->setup.aperture];
-    km_reading_init(in, spectra.warnings, ret);
-    km_reading_add(in, spectra.sce, SPECULAR_SCE, aperture_mm, ret);
-    km_reading_add(in, spectra.sci, SPECULAR_SCI, aperture_mm, ret);
+    reading_init(in->dialect->raw_unit, spectra.warnings, ret);
+    reading_add(grid(in), spectra.sce, SPECULAR_SCE, aperture_mm, ret);
+    reading_add(grid(in), spectra.sci, SPECULAR_SCI, aperture_mm, ret);
     return DRIVER_OK;
 }

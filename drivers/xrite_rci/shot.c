@@ -74,11 +74,7 @@ static enum driver_result doubt(const struct rci_reply *sce, const struct rci_re
     if (doubt == DOUBT_NONE)
         doubt = rci_read_spectrum(sci, ret->sci);
     if (doubt == DOUBT_NONE)
-        doubt = doubt_spectrum(RCI_BANDS, ret->sce, RCI_RAW_UNIT);
-    if (doubt == DOUBT_NONE)
-        doubt = doubt_spectrum(RCI_BANDS, ret->sci, RCI_RAW_UNIT);
-    if (doubt == DOUBT_NONE)
-        doubt = doubt_pair(RCI_BANDS, ret->sci, ret->sce, RCI_RAW_UNIT, false);
+        doubt = doubt_both(RCI_BANDS, ret->sci, ret->sce, RCI_RAW_UNIT, false);
     return doubt_fail(doubt, error);
 }
 

@@ -28,6 +28,7 @@ static const struct spectrum_case {
     { "edge of a red tile", { 300, 300, 4300, 8300, 8300 }, DOUBT_NONE },
     { "steeper than any", { 300, 300, 4301, 8300, 8300 }, DOUBT_JUMP },
     { "and downwards", { 8300, 8300, 4299, 300, 300 }, DOUBT_JUMP },
+    { "one digit", { 2000, 2100, 8000, 2200, 2300 }, DOUBT_JUMP },
     { "brightest", { 20000, 20000, 20000, 20000, 20000 }, DOUBT_NONE },
     { "brighter", { 20000, 20000, 20000, 20000, 20001 }, DOUBT_OUT_OF_RANGE },
     { "negative", { -1, 20, 20, 20, 20 }, DOUBT_OUT_OF_RANGE },
@@ -67,7 +68,17 @@ static const struct pair_case {
       { 2000, 2000, 2000, 2000, 2001 },
       DOUBT_SAME,
       DOUBT_SAME },
-    { "gloss jumps in the middle",
+    { "dull",
+      { 2001, 2100, 3000, 3500, 5400 },
+      { 2000, 2100, 3000, 3500, 5400 },
+      DOUBT_NONE,
+      DOUBT_NONE },
+    { "gloss jumps at the beginning",
+      { 2301, 2400, 3000, 4000, 5800 },
+      { 1800, 2000, 2600, 3600, 5400 },
+      DOUBT_NONE,
+      DOUBT_GLOSS },
+    { "in the middle",
       { 2200, 2400, 3101, 4000, 5800 },
       { 1800, 2000, 2600, 3600, 5400 },
       DOUBT_NONE,
@@ -88,6 +99,26 @@ static void test_two_spectra(void)
         TEST_ASSERT_EQUAL_INT_MESSAGE(c->with_gloss, doubt_pair(N, c->sci, c->sce, UNIT, true),
                                       c->what);
     }
+}
+
+/* At counts of 0.001 % too, and each alone before the pair. */
+static void test_both_spectra(void)
+{
+    static const int32_t skin[N] = { 18000, 20000, 26000, 36000, 54000 };
+    static const int32_t glossy[N] = { 22000, 24000, 30000, 40000, 58000 };
+    static const int32_t damaged[N] = { 22000, 24000, 31001, 40000, 58000 };
+    static const int32_t jumps[N] = { 22000, 24000, 30000, 71000, 58000 };
+    static const int32_t bright[N] = { 200001, 200000, 200000, 200000, 200000 };
+    static const int32_t nothing[N] = { 0 };
+    const double unit = 1e-5;
+    TEST_ASSERT_EQUAL_INT(DOUBT_NONE, doubt_both(N, glossy, skin, unit, true));
+    TEST_ASSERT_EQUAL_INT(DOUBT_NONE, doubt_both(N, damaged, skin, unit, false));
+    TEST_ASSERT_EQUAL_INT(DOUBT_GLOSS, doubt_both(N, damaged, skin, unit, true));
+    TEST_ASSERT_EQUAL_INT(DOUBT_ORDER, doubt_both(N, skin, glossy, unit, true));
+    TEST_ASSERT_EQUAL_INT(DOUBT_JUMP, doubt_both(N, jumps, skin, unit, false));
+    TEST_ASSERT_EQUAL_INT(DOUBT_JUMP, doubt_both(N, glossy, jumps, unit, false));
+    TEST_ASSERT_EQUAL_INT(DOUBT_OUT_OF_RANGE, doubt_both(N, bright, skin, unit, false));
+    TEST_ASSERT_EQUAL_INT(DOUBT_ALL_ZERO, doubt_both(N, nothing, nothing, unit, false));
 }
 
 static void test_failing(void)
@@ -160,6 +191,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_one_spectrum);
     RUN_TEST(test_two_spectra);
+    RUN_TEST(test_both_spectra);
     RUN_TEST(test_failing);
     RUN_TEST(test_filling);
     RUN_TEST(test_plain_text);

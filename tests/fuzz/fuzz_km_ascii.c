@@ -113,7 +113,7 @@ static enum driver_result fuzz_open(const struct link_source *source,
 
 static void check_spectrum(const struct km_dialect *dialect, size_t n, const int32_t *raw)
 {
-    if (km_doubt_spectrum(dialect, n, raw) != KM_SOUND)
+    if (doubt_spectrum(n, raw, dialect->raw_unit) != DOUBT_NONE)
         return;
     for (size_t i = 0; i < n; i++)
         must(raw[i] >= 0 && raw[i] * dialect->raw_unit <= 2.0 + 1e-9, "a band out of range");
@@ -129,7 +129,7 @@ static void read_line_as(const struct km_dialect *dialect, const struct km_reply
         must(state.voltage <= 2, "voltage");
     if (dialect->read_settings(reply, &settings))
         must(settings.area <= 2 && settings.averages <= 10, "settings");
-    if (reply->fields > 0 && km_read_spectrum(dialect, reply, 0, reply->fields, raw) == KM_SOUND)
+    if (reply->fields > 0 && km_read_spectrum(dialect, reply, 0, reply->fields, raw) == DOUBT_NONE)
         check_spectrum(dialect, reply->fields, raw);
 }
 
