@@ -96,6 +96,9 @@ struct driver_options {
     int reply_timeout_ms; /* silence after which an answer that should have come is given
                              up; added to the time the job itself takes (a flash charging,
                              an average of ten shots).  0: the driver's own choice */
+    int shot_timeout_ms; /* what a shot of one flash may take, of n flashes n times that, beside the
+                            reply timeout and the delay that was set; for drivers that
+                            wait for its end.  0: the driver's own choice */
     const struct link_source *wire; /* instead of what the address names; NULL */
     struct capture *capture;        /* every byte both ways goes there; NULL: nowhere */
 };

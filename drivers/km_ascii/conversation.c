@@ -302,7 +302,8 @@ static enum driver_result into_step(struct instrument *in, struct driver_error *
 {
     int64_t now_ms = call_now_ms();
     int64_t job_ms = in->job_ends_ms > now_ms ? in->job_ends_ms - now_ms : 0;
-    int64_t deadline_ms = km_deadline(in, job_ms);
+    int64_t deadline_ms =
+        most(km_deadline(in, job_ms), least(call_now_ms() + SHORTEST_ROUND_MS, in->call_ends_ms));
     bool was_busy = false;
     int round = 0;
     for (int pause_ms = 0;; round++) {

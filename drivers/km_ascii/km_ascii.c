@@ -296,6 +296,7 @@ static enum driver_result km_open(const struct driver_options *options, struct i
     }
     in->reply_timeout_ms =
         options->reply_timeout_ms > 0 ? options->reply_timeout_ms : REPLY_TIMEOUT_MS;
+    in->shot_timeout_ms = options->shot_timeout_ms;
 
     enum driver_result r = find(in, options, deadline_ms, &attempt);
     in->call_ends_ms = deadline_ms;

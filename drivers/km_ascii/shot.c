@@ -95,8 +95,11 @@ enum doubt km_read_lines(const struct instrument *in, const struct km_reply *sci
 
 static int64_t shot_ms(const struct instrument *in)
 {
-    int64_t ms = SHOT_MS + FLASH_MS * (int64_t)in->settings.averages + in->setup.delay_ms;
+    int64_t flashes = in->settings.averages;
+    int64_t ms =
+        in->shot_timeout_ms > 0 ? in->shot_timeout_ms * flashes : SHOT_MS + FLASH_MS * flashes;
     int64_t most = LONGEST_MS - in->reply_timeout_ms;
+    ms += in->setup.delay_ms;
     return ms < most ? ms : most;
 }
 

@@ -189,9 +189,11 @@ enum driver_result ooi_restart(struct ooi_session *s, struct driver_error *error
 {
     uint8_t request[OOI_MAX_REQUEST];
     double us = s->integration_us;
+    /* Whoever expects answers sooner than that has no such instrument, but a simulated one. */
+    int settle_ms = s->reply_timeout_ms < SETTLE_MS ? s->reply_timeout_ms : SETTLE_MS;
     enum driver_result r = send(s, request, ooi_ask_initialise(request), error);
     if (r == DRIVER_OK) /* the pause, and whatever was still to be answered */
-        r = note(s, drain(s, OOI_REPLY, SETTLE_MS, error));
+        r = note(s, drain(s, OOI_REPLY, settle_ms, error));
     if (r == DRIVER_OK)
         r = send(s, request, ooi_ask_lamp(request, true), error);
     s->earlier_us = s->integration_us > s->earlier_us ? s->integration_us : s->earlier_us;

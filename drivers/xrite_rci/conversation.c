@@ -19,6 +19,11 @@ static int64_t least(int64_t a, int64_t b)
     return a < b ? a : b;
 }
 
+static int64_t most(int64_t a, int64_t b)
+{
+    return a > b ? a : b;
+}
+
 int64_t rci_deadline(const struct instrument *in, int64_t job_ms)
 {
     return least(call_now_ms() + job_ms + in->reply_timeout_ms, in->call_ends_ms);
@@ -142,7 +147,8 @@ enum driver_result rci_ask(struct instrument *in, const char *command, enum rci_
 
 enum driver_result rci_settle(struct instrument *in, struct driver_error *error)
 {
-    return line_resync(&in->reader, QUIET_MS, least(call_now_ms() + SETTLE_MS, in->call_ends_ms),
+    int quiet_ms = (int)least(QUIET_MS, in->reply_timeout_ms / 4 + 1);
+    return line_resync(&in->reader, quiet_ms, least(call_now_ms() + SETTLE_MS, in->call_ends_ms),
                        error);
 }
 
@@ -296,14 +302,14 @@ static enum driver_result fail_out_of_step(const struct instrument *in, bool bus
 static enum driver_result into_step(struct instrument *in, struct driver_error *error)
 {
     enum { ROUNDS = 3, SHORTEST_MS = 100 };
-    int64_t deadline_ms = rci_deadline(in, job_left_ms(in));
-    int64_t round_ms = in->reply_timeout_ms / ROUNDS;
+    int64_t deadline_ms = most(rci_deadline(in, job_left_ms(in)),
+                               least(call_now_ms() + SHORTEST_MS, in->call_ends_ms));
+    int64_t round_ms = most(in->reply_timeout_ms / ROUNDS, SHORTEST_MS);
     bool found = false, busy = false;
     int rounds = 0;
     do {
-        int64_t until_ms = call_now_ms() + (round_ms > SHORTEST_MS ? round_ms : SHORTEST_MS);
         enum driver_result r =
-            look_for_marker(in, least(until_ms, deadline_ms), &found, &busy, error);
+            look_for_marker(in, least(call_now_ms() + round_ms, deadline_ms), &found, &busy, error);
         if (r == DRIVER_OK && busy)
             r = rci_pause(in, deadline_ms, error);
         if (r != DRIVER_OK)

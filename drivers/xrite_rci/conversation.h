@@ -25,6 +25,7 @@ struct instrument {
     bool due[DRIVER_CALIBRATIONS];
 
     int reply_timeout_ms;
+    int shot_timeout_ms;  /* of driver_options; 0 */
     int64_t call_ends_ms; /* open() takes no longer; INT64_MAX */
     int64_t job_ends_ms;  /* a shot may go on until then */
     bool out_of_step;     /* an answer may still come to a question of an earlier call */

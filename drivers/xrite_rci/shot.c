@@ -156,7 +156,9 @@ enum driver_result rci_note_last(struct instrument *in, struct driver_error *err
 
 static int64_t shot_ms(const struct instrument *in)
 {
-    return SHOT_MS + READING_MS * (int64_t)(in->setup.averages > 1 ? in->setup.averages : 1);
+    int64_t readings = in->setup.averages > 1 ? in->setup.averages : 1;
+    return in->shot_timeout_ms > 0 ? in->shot_timeout_ms * readings
+                                   : SHOT_MS + READING_MS * readings;
 }
 
 /* Nothing tells of a battery that dies in a shot but silence. */

@@ -222,6 +222,7 @@ static enum driver_result rci_open(const struct driver_options *options, struct 
     in->call_ends_ms = call_now_ms() + timeout_ms;
     in->reply_timeout_ms =
         options->reply_timeout_ms > 0 ? options->reply_timeout_ms : REPLY_TIMEOUT_MS;
+    in->shot_timeout_ms = options->shot_timeout_ms;
 
     enum driver_result r = open_link(in, options, &attempt);
     if (r == DRIVER_OK)

@@ -19,7 +19,7 @@
 #include "tests/drivers/cue.h"
 #include "unity.h"
 
-enum { REPLY_MS = 12, SUBSTITUTIONS = 11, SKINS = 2 };
+enum { REPLY_MS = 6, SUBSTITUTIONS = 11, SKINS = 2 };
 
 static const struct driver *const km = &km_ascii_driver;
 static struct cued_wire wire;
