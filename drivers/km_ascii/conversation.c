@@ -150,9 +150,7 @@ enum driver_result km_pause(struct instrument *in, int *pause_ms, int64_t deadli
                             struct driver_error *error)
 {
     *pause_ms = *pause_ms == 0 ? 1 : (int)least((int64_t)*pause_ms * 2, LONGEST_PAUSE_MS);
-    if (call_wait(&in->call, -1, least(call_now_ms() + *pause_ms, deadline_ms)) == CALL_CANCELLED)
-        return driver_fail(error, DRIVER_CANCELLED, NULL, "cancelled");
-    return DRIVER_OK;
+    return link_pause(in->link, least(call_now_ms() + *pause_ms, deadline_ms), error);
 }
 
 /* ---- asking until it is sure -------------------------------------------------------- */
@@ -352,9 +350,8 @@ enum driver_result km_begin_waiting(struct instrument *in, const char *call,
                                     struct driver_error *error)
 {
     link_begin_waiting(in->link, call);
-    if (call_wait(&in->call, -1, 0) == CALL_CANCELLED)
-        return driver_fail(error, DRIVER_CANCELLED, NULL, "cancelled");
-    return begun(in, error);
+    enum driver_result r = link_pause(in->link, 0, error);
+    return r == DRIVER_OK ? begun(in, error) : r;
 }
 
 enum driver_result km_end(struct instrument *in, enum driver_result r)

@@ -97,6 +97,13 @@ void link_begin_waiting(struct link *link, const char *call)
     link_tell(link, call);
 }
 
+enum driver_result link_pause(struct link *link, int64_t until_ms, struct driver_error *error)
+{
+    return call_wait(link->call, -1, until_ms) == CALL_CANCELLED
+               ? driver_fail(error, DRIVER_CANCELLED, NULL, "cancelled")
+               : DRIVER_OK;
+}
+
 enum driver_result link_send(struct link *link, uint8_t channel, const void *bytes, size_t n,
                              int64_t deadline_ms, struct driver_error *error)
 {

@@ -128,6 +128,10 @@ void link_begin_waiting(struct link *link, const char *call); /* call_begin_wait
 #define LINK_WAY_BACK "way back"
 void link_tell(struct link *link, const char *call);
 
+/* Wait without listening; DRIVER_CANCELLED where the call is cancelled by then.  A time in the
+ * past: just look. */
+enum driver_result link_pause(struct link *link, int64_t until_ms, struct driver_error *error);
+
 enum driver_result link_send(struct link *link, uint8_t channel, const void *bytes, size_t n,
                              int64_t deadline_ms, struct driver_error *error);
 enum driver_result link_receive(struct link *link, uint8_t channel, void *bytes, size_t size,

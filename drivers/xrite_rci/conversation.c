@@ -154,9 +154,7 @@ enum driver_result rci_settle(struct instrument *in, struct driver_error *error)
 
 enum driver_result rci_pause(struct instrument *in, int64_t deadline_ms, struct driver_error *error)
 {
-    if (call_wait(&in->call, -1, least(call_now_ms() + BUSY_MS, deadline_ms)) == CALL_CANCELLED)
-        return driver_fail(error, DRIVER_CANCELLED, NULL, "cancelled");
-    return DRIVER_OK;
+    return link_pause(in->link, least(call_now_ms() + BUSY_MS, deadline_ms), error);
 }
 
 /* ---- asking until it is sure -------------------------------------------------------- */
@@ -393,9 +391,8 @@ enum driver_result rci_begin_waiting(struct instrument *in, const char *call,
                                      struct driver_error *error)
 {
     link_begin_waiting(in->link, call);
-    if (call_wait(&in->call, -1, 0) == CALL_CANCELLED)
-        return driver_fail(error, DRIVER_CANCELLED, NULL, "cancelled");
-    return begun(in, call, error);
+    enum driver_result r = link_pause(in->link, 0, error);
+    return r == DRIVER_OK ? begun(in, call, error) : r;
 }
 
 enum driver_result rci_end(struct instrument *in, enum driver_result r)

@@ -8,11 +8,6 @@ enum {
     FRESH_MS = 2000,
 };
 
-static enum driver_result fail_cancelled(struct driver_error *error)
-{
-    return driver_fail(error, DRIVER_CANCELLED, NULL, "cancelled");
-}
-
 static void note_press(struct instrument *in, int64_t at_ms)
 {
     in->press.armed = false;
@@ -108,14 +103,6 @@ static enum driver_result wait_button(struct instrument *in, int64_t deadline_ms
     }
 }
 
-/* Nothing to press for; the wait is one nevertheless. */
-static enum driver_result pass(struct instrument *in, int64_t deadline_ms,
-                               struct driver_error *error)
-{
-    return call_wait(&in->call, -1, deadline_ms) == CALL_CANCELLED ? fail_cancelled(error)
-                                                                   : DRIVER_OK;
-}
-
 enum driver_result rci_wait_button(struct instrument *in, int timeout_ms, bool *pressed,
                                    struct driver_error *error)
 {
@@ -123,9 +110,10 @@ enum driver_result rci_wait_button(struct instrument *in, int timeout_ms, bool *
     int64_t deadline_ms = call_now_ms() + timeout_ms;
     bool may = !in->due[DRIVER_CALIBRATION_ZERO] && !in->due[DRIVER_CALIBRATION_WHITE];
     enum driver_result r = rci_begin_waiting(in, "wait_button", &attempt);
+    /* Where there is nothing to press for, the wait is one nevertheless. */
     if (r == DRIVER_OK)
         r = may || in->press.pressed ? wait_button(in, deadline_ms, &attempt)
-                                     : pass(in, deadline_ms, &attempt);
+                                     : link_pause(in->link, deadline_ms, &attempt);
     if (r != DRIVER_OK) {
         bool goes_on = r == DRIVER_CANCELLED && in->press.armed;
         *error = attempt;

@@ -29,6 +29,22 @@ void tearDown(void)
     call_done(&call);
 }
 
+/* ---- pauses ------------------------------------------------------------------------- */
+
+static void test_a_pause_ends_in_time_or_cancelled(void)
+{
+    struct link link = { .call = &call };
+    call_begin(&call);
+    int64_t began_ms = call_now_ms();
+    TEST_ASSERT_EQUAL_INT(DRIVER_OK, link_pause(&link, began_ms + 20, &error));
+    TEST_ASSERT_TRUE(call_now_ms() - began_ms >= 20);
+    TEST_ASSERT_EQUAL_INT(DRIVER_OK, link_pause(&link, 0, &error));
+    call_cancel(&call);
+    TEST_ASSERT_EQUAL_INT(DRIVER_CANCELLED, link_pause(&link, INT64_MAX, &error));
+    TEST_ASSERT_EQUAL_INT(DRIVER_CANCELLED, link_pause(&link, 0, &error)); /* the call stays so */
+    TEST_ASSERT_EQUAL_INT(DRIVER_CANCELLED, error.result);
+}
+
 /* ---- addresses ---------------------------------------------------------------------- */
 
 static void test_addresses_of_no_use(void)
@@ -180,6 +196,7 @@ static void test_systems_time(void)
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_a_pause_ends_in_time_or_cancelled);
     RUN_TEST(test_addresses_of_no_use);
     RUN_TEST(test_a_loop_of_links);
     RUN_TEST(test_a_record_replays);
