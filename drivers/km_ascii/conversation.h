@@ -17,7 +17,10 @@ struct km_spectra {
     unsigned warnings;
 };
 
-enum { KM_READINGS = 3 };
+enum {
+    KM_READINGS = 3,
+    KM_CHARGING_MS = 20000, /* until the flash is ready again */
+};
 
 struct instrument {
     struct call call;
@@ -113,8 +116,22 @@ enum driver_result km_pause(struct instrument *in, int *pause_ms, int64_t deadli
 
 int64_t km_deadline(const struct instrument *in, int64_t job_ms); /* with the reply timeout */
 
+/* ---- settings (settings.c) ---------------------------------------------------------- */
+
+/* The area where the slider stands at opening is aperture 0 of the identity. */
+void km_take_areas(struct instrument *in, unsigned area);
+struct km_settings km_settings_for(const struct instrument *in, const struct driver_setup *setup);
+
+enum driver_result km_query_settings(struct instrument *in, struct km_settings *ret,
+                                     struct driver_error *error);
+/* Sends them and sees that they are so; DRIVER_REFUSED where the slider has to be moved. */
+enum driver_result km_set(struct instrument *in, const struct km_settings *settings,
+                          struct driver_error *error);
+enum driver_result km_set_user_calibration(struct instrument *in, bool on,
+                                           struct driver_error *error);
+
 /* Whether what was set still holds; it is set again where it does not, and an area that differs is
- * DRIVER_REFUSED (km_ascii.c). */
+ * DRIVER_REFUSED. */
 enum driver_result km_check_settings(struct instrument *in, struct driver_error *error);
 
 /* ---- shots (shot.c) ----------------------------------------------------------------- */
@@ -142,6 +159,10 @@ enum driver_result km_note_button(struct instrument *in, struct driver_error *er
 bool km_take_press(struct instrument *in, struct km_spectra *ret);
 
 /* ---- functions of the driver -------------------------------------------------------- */
+
+enum driver_result km_open(const struct driver_options *options, struct instrument **ret,
+                           struct driver_identity *identity, struct driver_error *error);
+void km_close(struct instrument *in); /* takes NULL */
 
 enum driver_result km_measure(struct instrument *in, struct driver_reading *ret,
                               struct driver_error *error);

@@ -8,7 +8,6 @@ enum {
     SHOT_MS = 7000,  /* with the reply timeout 10 s */
     FLASH_MS = 4000, /* for each flash of an average */
     LONGEST_MS = 240000,
-    CHARGING_MS = 20000,
 };
 
 static const struct driver_grid *grid(const struct instrument *in)
@@ -160,7 +159,7 @@ static enum driver_result shoot_and_fetch(struct instrument *in, struct km_spect
                                           struct driver_error *error)
 {
     struct km_state state = { .voltage = 0 };
-    enum driver_result r = km_command(in, "MES,1", 0, CHARGING_MS, error);
+    enum driver_result r = km_command(in, "MES,1", 0, KM_CHARGING_MS, error);
     if (r != DRIVER_OK)
         return r;
     in->job_ends_ms = km_deadline(in, shot_ms(in));
@@ -210,7 +209,7 @@ static enum driver_result await_lines(struct instrument *in, struct km_reply *sc
 static enum driver_result shoot_and_hear(struct instrument *in, struct km_spectra *ret,
                                          struct driver_error *error)
 {
-    int64_t deadline_ms = km_deadline(in, CHARGING_MS);
+    int64_t deadline_ms = km_deadline(in, KM_CHARGING_MS);
     struct km_reply sci, sce;
     struct km_state state = { .voltage = 0 };
     bool again = false;
