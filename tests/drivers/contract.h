@@ -11,8 +11,8 @@
 
 enum contract_situation {
     CONTRACT_SOUND,        /* quick, whole, uncalibrated; button not pressed; some samples */
-    CONTRACT_TAKES_TIME,   /* sound, but every calibration and shot takes a second or more; a shot
-                              that was cancelled is answered nevertheless, as in life */
+    CONTRACT_TAKES_TIME,   /* sound, but every calibration and shot takes half a second or more; a
+                              shot   that was cancelled is answered nevertheless, as in life */
     CONTRACT_FALLS_SILENT, /* never answers its second shot, all others well and quickly */
     CONTRACT_SILENT,       /* does not answer even when it is opened */
     CONTRACT_SITUATIONS

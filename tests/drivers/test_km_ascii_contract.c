@@ -30,7 +30,7 @@ static void connect(const struct sim_kind *kind, const char *options, const char
 
 static const char *set_up_cm700d(enum contract_situation situation)
 {
-    connect(&sim_cm700d, situation == CONTRACT_TAKES_TIME ? "delays=0.2" : "delays=0,samples=3",
+    connect(&sim_cm700d, situation == CONTRACT_TAKES_TIME ? "delays=0.4" : "delays=0,samples=3",
             "ZRC");
     if (situation == CONTRACT_FALLS_SILENT)
         cue(&wire, "MES", 2, "fault silence");
@@ -44,7 +44,7 @@ static const char *set_up_cm2600d(enum contract_situation situation)
 {
     if (situation == CONTRACT_FALLS_SILENT)
         return NULL;
-    connect(&sim_cm2600d, situation == CONTRACT_TAKES_TIME ? "delays=0.2" : "delays=0", "UZC");
+    connect(&sim_cm2600d, situation == CONTRACT_TAKES_TIME ? "delays=0.4" : "delays=0", "UZC");
     if (situation == CONTRACT_SILENT)
         wire_memory_act(wire.wire, "fault silence from 1");
     return "";
