@@ -333,11 +333,11 @@ static enum driver_result begun(struct instrument *in, struct driver_error *erro
     in->call_ends_ms = INT64_MAX;
     if (in->out_of_step)
         return into_step(in, error);
-    if (in->poll_unanswered) {
-        in->poll_unanswered = false;
-        return km_settle(in, error);
-    }
-    return DRIVER_OK;
+    if (!in->poll_unanswered)
+        return DRIVER_OK;
+    enum driver_result r = km_settle(in, error);
+    in->poll_unanswered = r != DRIVER_OK;
+    return r;
 }
 
 enum driver_result km_begin(struct instrument *in, const char *call, struct driver_error *error)

@@ -44,6 +44,7 @@ struct instrument {
 
     struct km_press {
         bool pressed;      /* and nobody was told yet */
+        bool listens;      /* a wait that has asked nothing since */
         bool ready;        /* told; its reading may be fetched */
         bool has_spectra;  /* its reading, in `spectra` */
         int64_t since_ms;  /* it came after that */

@@ -59,6 +59,24 @@ void km_note_stray(struct instrument *in, const char *line, const struct km_repl
         note_half(in, line, reply);
 }
 
+static bool is_last_press(const struct instrument *in, const struct km_reply *reply)
+{
+    int32_t sci[KM_MAX_FIELDS];
+    return in->press.has_last &&
+           km_read_spectrum(in->dialect, reply, 0, bands(in), sci) == DOUBT_NONE &&
+           memcmp(sci, in->press.last_sci, bands(in) * sizeof *sci) == 0;
+}
+
+/* The answer to a look that was given up: nothing new, or the spectrum of a press, which may be
+ * told once only. */
+static bool is_late(struct instrument *in, const struct km_reply *reply)
+{
+    if (!in->poll_unanswered || (reply->ok && reply->fields != bands(in)))
+        return false;
+    in->poll_unanswered = false;
+    return !reply->ok || is_last_press(in, reply);
+}
+
 /* A line in a wait. */
 static enum driver_result take_line(struct instrument *in, const char *line,
                                     struct driver_error *error)
@@ -68,6 +86,8 @@ static enum driver_result take_line(struct instrument *in, const char *line,
     if (!km_read_reply(line, &reply) || km_find_code(in->dialect, &reply) == NULL ||
         km_reaction_to(in, &reply) == KM_RESEND)
         return DRIVER_OK; /* another program's, or noise */
+    if (is_late(in, &reply))
+        return DRIVER_OK;
     if (!reply.ok || in->dialect->mes == KM_MES_THEN_MDR) {
         /* A press that could not be measured is one nevertheless: measure() will say why. */
         in->press.has_spectra = false;
@@ -123,8 +143,8 @@ static enum driver_result poll_button(struct instrument *in, bool *busy, struct 
     struct km_press *press = &in->press;
     struct km_reply reply;
     struct driver_error attempt;
-    int32_t sci[KM_MAX_FIELDS];
     int64_t now_ms = call_now_ms();
+    press->listens = false;
     enum driver_result r =
         km_ask(in, "RDR,1", bands(in), in->reply_timeout_ms, in->line[0], &reply, &attempt);
     *busy = false;
@@ -141,11 +161,7 @@ static enum driver_result poll_button(struct instrument *in, bool *busy, struct 
     *busy = !reply.ok && km_reaction_to(in, &reply) == KM_WAIT;
     if (!reply.ok && km_reaction_to(in, &reply) == KM_EMPTY)
         press->has_last = false;
-    bool same =
-        !reply.ok || (press->has_last &&
-                      km_read_spectrum(in->dialect, &reply, 0, bands(in), sci) == DOUBT_NONE &&
-                      memcmp(sci, press->last_sci, bands(in) * sizeof *sci) == 0);
-    if (!same)
+    if (reply.ok && !is_last_press(in, &reply))
         r = fetch(in, &press->spectra, &press->has_spectra, error);
     press->looked_ms = now_ms;
     return r;
@@ -185,6 +201,7 @@ static enum driver_result listen(struct instrument *in, int64_t until_ms, bool *
                                  struct driver_error *error)
 {
     struct driver_error attempt;
+    in->press.listens = true;
     enum driver_result r = line_read(&in->reader, in->line[0], until_ms, &attempt);
     *came = r == DRIVER_OK;
     if (r == DRIVER_OK)
@@ -226,17 +243,25 @@ static enum driver_result wait_button(struct instrument *in, int64_t deadline_ms
     return r;
 }
 
+/* Cancelled while nothing was asked and no line had begun: no answer can come later.  What begun()
+ * had still to do is noted where it is. */
+static bool is_in_step(const struct instrument *in)
+{
+    return in->press.listens && !line_is_kept(&in->reader) && in->press.first[0] == '\0';
+}
+
 enum driver_result km_wait_button(struct instrument *in, int timeout_ms, bool *pressed,
                                   struct driver_error *error)
 {
     struct driver_error attempt;
     int64_t deadline_ms = call_now_ms() + timeout_ms;
+    in->press.listens = true;
     enum driver_result r = km_begin_waiting(in, "wait_button", &attempt);
     if (r == DRIVER_OK)
         r = wait_button(in, deadline_ms, &attempt);
     if (r != DRIVER_OK) {
         *error = attempt;
-        return km_end(in, r);
+        return r == DRIVER_CANCELLED && is_in_step(in) ? r : km_end(in, r);
     }
     *pressed = in->press.pressed;
     if (in->press.pressed)

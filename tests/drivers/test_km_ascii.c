@@ -686,6 +686,87 @@ static void test_an_old_press_is_measured_anew(void)
     both_models(flashes);
 }
 
+/* The answer to a look comes when nobody waits for it any more. */
+static void late_answers(const char *options, bool pressed_before)
+{
+    bool pressed = true;
+    start(&sim_cm700d, options);
+    if (pressed_before) {
+        act("press");
+        wait_for_press(true);
+    }
+    cue(&wire, "RDR", 1, "fault delay 250");
+    OK(km->wait_button(instrument, 1800, &pressed, &error));
+    TEST_ASSERT_FALSE(pressed);
+    act("press");
+    wait_for_press(true);
+    OK(measure());
+    check_truth(&reading);
+}
+
+static void test_a_late_answer_is_no_press(void)
+{
+    late_answers("delays=0", false);
+    tearDown();
+    setUp();
+    late_answers("delays=0,keep=stays", true);
+}
+
+/* It may be told once only. */
+static void test_a_press_that_is_told_late_counts(void)
+{
+    bool pressed = false;
+    start(&sim_cm700d, "delays=0,keep=once");
+    wait_for_press(false);
+    act("press");
+    cue(&wire, "RDR", 1, "fault delay 250");
+    OK(km->wait_button(instrument, 1800, &pressed, &error));
+    TEST_ASSERT_TRUE(pressed);
+}
+
+static void *cancel_soon(void *argument)
+{
+    (void)argument;
+    nanosleep(&(struct timespec){ .tv_nsec = 100 * 1000000 }, NULL);
+    km->cancel(instrument);
+    return NULL;
+}
+
+/* The station ends a wait for each reading: that must not cost a way back into step. */
+static void stays_in_step(const struct sim_kind *kind)
+{
+    pthread_t thread;
+    bool pressed;
+    start(kind, "delays=0");
+    TEST_ASSERT_EQUAL_INT(0, pthread_create(&thread, NULL, cancel_soon, NULL));
+    EXPECT(DRIVER_CANCELLED, km->wait_button(instrument, 3000, &pressed, &error));
+    pthread_join(thread, NULL);
+    wire.never = "IDR";
+    OK(measure());
+    TEST_ASSERT_EQUAL_UINT(0, wire.forbidden);
+    check_truth(&reading);
+    wire.never = forbidden;
+}
+
+static void test_a_wait_that_is_cancelled_stays_in_step(void)
+{
+    both_models(stays_in_step);
+}
+
+/* In the middle of a look its answer is still to come. */
+static void test_a_look_that_is_cancelled_does_not(void)
+{
+    pthread_t thread;
+    bool pressed;
+    start(&sim_cm700d, "delays=0");
+    cue(&wire, "RDR", 1, "fault delay 130");
+    TEST_ASSERT_EQUAL_INT(0, pthread_create(&thread, NULL, cancel_soon, NULL));
+    EXPECT(DRIVER_CANCELLED, km->wait_button(instrument, 3000, &pressed, &error));
+    pthread_join(thread, NULL);
+    OK(measure());
+    check_truth(&reading);
+}
+
 /* ---- stored samples ----------------------------------------------------------------- */
 
 static void test_stored_samples(void)
@@ -760,6 +841,10 @@ int main(void)
     RUN_TEST(test_press_counts_once);
     RUN_TEST(test_measure_returns_what_was_pressed);
     RUN_TEST(test_an_old_press_is_measured_anew);
+    RUN_TEST(test_a_late_answer_is_no_press);
+    RUN_TEST(test_a_press_that_is_told_late_counts);
+    RUN_TEST(test_a_wait_that_is_cancelled_stays_in_step);
+    RUN_TEST(test_a_look_that_is_cancelled_does_not);
     RUN_TEST(test_stored_samples);
     RUN_TEST(test_stored_sample_without_gloss_alone);
     return UNITY_END();
