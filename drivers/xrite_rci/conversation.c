@@ -262,11 +262,11 @@ static bool is_marker(const struct instrument *in, const char *line)
 }
 
 /* Until the marker itself comes: what came before belongs to questions of old. */
-static enum driver_result look_for_marker(struct instrument *in, int64_t deadline_ms, bool *found,
-                                          bool *busy, struct driver_error *error)
+static enum driver_result look_for_marker(struct instrument *in, bool settle, int64_t deadline_ms,
+                                          bool *found, bool *busy, struct driver_error *error)
 {
     struct driver_error attempt;
-    enum driver_result r = rci_settle(in, error);
+    enum driver_result r = settle ? rci_settle(in, error) : DRIVER_OK;
     if (r == DRIVER_OK)
         r = rci_send(in, in->identity.serial[0] != '\0' ? "00SN" : "00GM", error);
     *found = *busy = false;
@@ -297,7 +297,9 @@ static enum driver_result fail_out_of_step(const struct instrument *in, bool bus
                        in->reply_timeout_ms);
 }
 
-static enum driver_result into_step(struct instrument *in, struct driver_error *error)
+/* settle: there may be noise, or part of a line, before the marker; where an answer has just come
+ * whole, none of the 30 ms that it takes are lost. */
+static enum driver_result into_step(struct instrument *in, bool settle, struct driver_error *error)
 {
     enum { ROUNDS = 3, SHORTEST_MS = 100 };
     int64_t deadline_ms = most(rci_deadline(in, job_left_ms(in)),
@@ -307,7 +309,8 @@ static enum driver_result into_step(struct instrument *in, struct driver_error *
     int rounds = 0;
     do {
         enum driver_result r =
-            look_for_marker(in, least(call_now_ms() + round_ms, deadline_ms), &found, &busy, error);
+            look_for_marker(in, settle || rounds > 0, least(call_now_ms() + round_ms, deadline_ms),
+                            &found, &busy, error);
         if (r == DRIVER_OK && busy)
             r = rci_pause(in, deadline_ms, error);
         if (r != DRIVER_OK)
@@ -334,12 +337,12 @@ enum driver_result rci_clear(struct instrument *in, struct driver_error *error)
     case RCI_WAIT:
         return rci_judge(in, &reply, error);
     case RCI_ABORTED: /* nobody has said whether another answer follows, for CE itself */
-        return into_step(in, error);
+        return into_step(in, false, error);
     case RCI_EXPIRED:
     case RCI_DONE:
         return DRIVER_OK;
     default: /* the error that is cleared by it; ours is told where it arises */
-        return armed ? into_step(in, error) : DRIVER_OK;
+        return armed ? into_step(in, false, error) : DRIVER_OK;
     }
 }
 
@@ -375,7 +378,7 @@ static enum driver_result begun(struct instrument *in, const char *call, struct 
     if (r == DRIVER_OK)
         r = rci_send(in, "CE", error);
     if (r == DRIVER_OK)
-        r = into_step(in, error);
+        r = into_step(in, true, error);
     if (r == DRIVER_OK)
         link_tell(in->link, call);
     return r;
