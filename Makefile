@@ -127,12 +127,18 @@ cover: need-cover ## coverage of optics, colour, match, db and drivers: 95 % of 
 	    --filter '$(CURDIR)/src/(optics|colour|match|json|station)/' --filter '$(CURDIR)/(db|drivers)/' --branches \
 	    --txt - --fail-under-branch 90
 
-bench: need-test all $(BUILD)/bench/load $(tables) ## speed of the station, each figure beside its bar (3 minutes)
+bench: need-test all $(BUILD)/bench/load $(BUILD)/bench/drivers $(simhost) $(tables) ## speed of the station, each figure beside its bar (3 minutes)
 	@BUILD=$(BUILD) python3 -B tests/bench/run.py $(BENCH)
 
 $(BUILD)/bench/load: $(BUILD)/obj/tests/bench/load.o $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
+
+# Drivers and the simulators in one program.
+$(BUILD)/bench/drivers: $(BUILD)/obj/tests/bench/drivers.o \
+        $(call objects,$(sims_c) tests/sim/wire_memory.c tests/support/ocean_bench.c) $(drivers_o) $(lib_a)
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(WIRES_LIBS) -lm
 
 lint: need-lint ## layout, static analysis, and warnings of gcc and clang as errors
 	@tools/lint

@@ -1,8 +1,10 @@
-"""latency.py - what the station adds to a measurement; how soon it is there; what it idles at."""
+"""latency.py - what the drivers and the station add to a measurement; how soon it is there; what
+it idles at."""
 
 import json
 import os
 import shutil
+import subprocess
 import sys
 import time
 
@@ -10,8 +12,9 @@ _TESTS = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(_TESTS, "station"))
 
 from client import Client, Closed, new_uuid  # noqa: E402
-from daemon import TABLES, Daemon  # noqa: E402
+from daemon import BUILD, TABLES, Daemon, wait_for  # noqa: E402
 from machine import Appending  # noqa: E402
+from simhost import Simhost  # noqa: E402
 
 # No charging, no battery that runs empty, no calibration that runs out.
 _TIRELESS = "charge_ms=0,calibrate_ms=0,drain=0,calibration_shots=1000000"
@@ -19,6 +22,9 @@ _TIRELESS = "charge_ms=0,calibrate_ms=0,drain=0,calibration_shots=1000000"
 # takes at least as long as asked for.
 WAITING = f"simulated:{_TIRELESS},shot_ms=20", 20
 INSTANT = f"simulated:{_TIRELESS},speed=instant", 0
+# Behind a tty of simhost, where somebody places what a calibration wants.
+SERIAL = "km_ascii:/dev/ttyACM0", 0
+SERIAL_OPTIONS = "delays=0,operator=1"
 
 
 def _fresh(folder):
@@ -42,14 +48,34 @@ def _asked_us(client, line):
     return took
 
 
-def measuring_us(folder, instrument, times):
+def drivers_us(times):
+    """Of each driver's simulators: a name, what the driver took for each reading beyond the
+    simulator's own time, and that time.  tests/bench/drivers.c says how."""
+    program = os.path.join(BUILD, "bench", "drivers")
+    done = subprocess.run(
+        [program, str(times)], check=True, stdout=subprocess.PIPE, text=True, timeout=60
+    )
+    found = [json.loads(line) for line in done.stdout.splitlines()]
+    return [(one["name"], one["added_us"], one["instrument_us"]) for one in found]
+
+
+def serial_us(folder, times):
+    """measuring_us() of a simulated CM-700d that takes no time, on a mocked tty."""
+    with Simhost() as host:
+        host.say(f"plug cm700d one ttyACM0 {SERIAL_OPTIONS}")
+        return measuring_us(folder, SERIAL, times, env=host.mocked)
+
+
+def measuring_us(folder, instrument, times, env=None):
     """Of each measure.start: what it took beyond the instrument's own time; and of appends of
     4 KiB to the same disk between them."""
     address, own_ms = instrument
     _fresh(folder)
     added, bare = [], []
-    with Daemon(instruments=(address,), state=folder) as daemon:
+    with Daemon(instruments=(address,), state=folder, env=env) as daemon:
         daemon.wait_for_table()
+        with daemon.client() as client:
+            wait_for("it is found", lambda: client.call("instrument.list")["instruments"])
         daemon.wait_for_instrument()
         with daemon.client() as client, Appending(folder, 4096) as appending:
             lease = client.acquire(ttl_ms=600000)["lease"]

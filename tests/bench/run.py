@@ -1,8 +1,8 @@
 """run.py - the station's figures, each beside its bar.
 
-    BUILD=build python3 -B tests/bench/run.py [throughput] [latency] [start]
+    BUILD=build python3 -B tests/bench/run.py [throughput] [latency] [drivers] [start]
 
-Without a name all three.  BENCH_DIR is a folder on the disk to measure (in BUILD by
+Without a name all of them.  BENCH_DIR is a folder on the disk to measure (in BUILD by
 default).  What is missing (redis, pip) is skipped with a message.  Every program runs
 alone and in turns with the others, and the median of the rounds counts; still, other work on
 the machine shows in the figures: "others" is the share of all cores that it took.
@@ -12,6 +12,7 @@ import os
 import statistics
 import sys
 import tempfile
+import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
@@ -22,6 +23,7 @@ import services  # noqa: E402
 
 ROUNDS = 3
 SECONDS = 4
+READINGS = 300
 STARTS = 10
 REST_S = 10
 BENCH = os.path.join(services.BUILD, "bench")
@@ -34,6 +36,7 @@ SLOW_DISK_US = 300  # a bare fdatasync from here on: more is to be gained
 TIMES_BASELINE_SLOW, TIMES_BASELINE = 10, 4
 SHARE_OF_REDIS = 30
 ADDED_MS = 2
+DRIVER_MS = 2
 STATUS_MS, MATCH_MS = 50, 500
 IDLE_PERCENT = 0.05  # prints as 0.0
 RESIDENT_MB = 40
@@ -155,6 +158,31 @@ def show_latency():
         row("p99 added less that", f"{more:.2f} ms", f"<= {ADDED_MS} ms", more <= ADDED_MS)
 
 
+def show_drivers():
+    """What each driver takes beyond the instrument's own time for one reading, against
+    simulators in the same program; and such a simulator behind a tty, through the station."""
+    heading(f"one reading less the simulator's own time: {ROUNDS} times {READINGS}, the median round")
+    with machine.Others() as others:
+        rounds = [latency.drivers_us(READINGS) for _ in range(ROUNDS)]
+    for same in zip(*rounds):
+        found = [(machine.quantile(added, 99) / 1e3, machine.quantile(added, 50) / 1e3,
+                  statistics.median(own) / 1e3) for _, added, own in same]  # fmt: skip
+        p99, p50, own = sorted(found)[ROUNDS // 2]
+        row(f"{same[0][0]}: median and p99", f"{p50:.3f} {p99:.3f} ms", f"<= {DRIVER_MS} ms",
+            p99 <= DRIVER_MS)  # fmt: skip
+        row("  the simulator's own time, median", f"{own:.3f} ms")
+    row("others took of all cores", f"{others.percent:.0f} %")
+    heading(f"measure.start with a CM-700d on a mocked tty: {READINGS} times")
+    try:
+        added, bare = latency.serial_us(os.path.join(DISK, "drivers"), READINGS)
+    except unittest.SkipTest as why:
+        print(f"bench: not measured: {why}")
+        return
+    p50, p99 = (machine.quantile(added, percent) / 1e3 for percent in (50, 99))
+    row("all of it, commit included: median and p99", f"{p50:.2f} {p99:.2f} ms")
+    row("p99 of append 4 KiB + fdatasync in between", f"{machine.quantile(bare, 99) / 1e3:.2f} ms")
+
+
 def show_start():
     """How soon it is there, and what it takes when nobody asks."""
     folder = os.path.join(DISK, "start")
@@ -169,7 +197,12 @@ def show_start():
     row("resident", f"{megabytes:.1f} MB", f"<= {RESIDENT_MB} MB", megabytes <= RESIDENT_MB)
 
 
-SECTIONS = {"throughput": show_throughput, "latency": show_latency, "start": show_start}
+SECTIONS = {
+    "throughput": show_throughput,
+    "latency": show_latency,
+    "drivers": show_drivers,
+    "start": show_start,
+}
 
 
 def main():
