@@ -27,6 +27,7 @@ struct seat {
     struct unit *unit;                    /* NULL: its thread has ended */
     uint64_t before;                      /* connections of its bench, before it came */
     bool configured, left;
+    bool unset;              /* its thread does not know how the bench was set */
     struct capture *capture; /* NULL: not recorded */
     sd_event_source *timer;  /* of its leaving */
     struct job farewell;     /* behind all that its thread has told */
@@ -151,6 +152,7 @@ static void show_trouble(struct seat *seat)
 struct restoring {
     struct unit_job unit;
     struct bench *bench;
+    const struct unit *by; /* to be compared alone: it may have ended since */
 };
 
 static void restored(struct job *job)
@@ -158,11 +160,19 @@ static void restored(struct job *job)
     struct restoring *restoring = (struct restoring *)job;
     struct bench *bench = restoring->bench;
     bench->at_work = false;
-    if (restoring->unit.result == DRIVER_OK) {
+    struct seat *seat = seat_of(bench->station, bench);
+    if (seat != NULL && seat->unit == restoring->by)
+        seat->unset = restoring->unit.result == DRIVER_GONE;
+    switch (restoring->unit.result) {
+    case DRIVER_OK:
         bench->setup = restoring->unit.setup;
         if (restoring->unit.status_known)
             bench->status = restoring->unit.status;
-    } else if (restoring->unit.result != DRIVER_GONE) {
+        break;
+    case DRIVER_GONE: /* when it is back */
+        bench->setup = restoring->unit.setup;
+        break;
+    default:
         log_warning("station: instrument '%s' cannot be set as it was: %s", bench->name,
                     restoring->unit.error.text);
     }
@@ -179,6 +189,7 @@ static void restore_setup(struct bench *bench, const struct driver_setup *was)
         return;
     }
     restoring->bench = bench;
+    restoring->by = bench->unit;
     restoring->unit.job.done = restored;
     restoring->unit.command = UNIT_CONFIGURE;
     restoring->unit.setup = *was;
@@ -208,7 +219,9 @@ static void opened(void *context, const struct driver_identity *identity,
     struct bench *bench = seat->bench;
     if (bench == NULL)
         return;
-    if (is_new && !is_as_opened(&bench->setup) && !bench->at_work && bench->run == NULL) {
+    if (is_new)
+        seat->unset = !is_as_opened(&bench->setup);
+    if (seat->unset && !bench->at_work && bench->run == NULL) {
         const struct driver_setup was = bench->setup;
         restore_setup(bench, &was);
     }

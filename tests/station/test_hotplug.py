@@ -98,6 +98,27 @@ class Hotplug(OnTestbed):
         c.calibrate(lease)
         self.assertEqual(c.measure(lease)["serial"], "00012345")
 
+    def test_pulled_out_again_before_it_is_set_as_it_was(self):
+        """A plug makes bad contact before it is in."""
+        self.bed.plug("cm700d", "one", "ttyACM0", f"serial=00012345,{CM700D}")
+        c = self.start()
+        c.call("events.subscribe", topics=["instrument"])
+        name = "km_ascii-00012345"
+        self.wait_for_state(c, name, "calibration_due")
+        c.call("instrument.configure", lease=c.acquire(name)["lease"], averages=3)
+        self.bed.unplug("one")
+        self.wait_for_state(c, name, "gone")
+        self.bed.order("act one fault delay 100 from 1")
+        self.bed.plug("cm700d", "one", "ttyACM4")
+        self.wait_for_state(c, name, "measuring")  # it is being set
+        self.bed.unplug("one")
+        self.wait_for_state(c, name, "gone")
+        self.bed.order("act one fault none")
+        self.bed.plug("cm700d", "one", "ttyACM5")
+        self.wait_for_state(c, name, "calibration_due")
+        (one,) = c.call("instrument.list")["instruments"]
+        self.assertEqual(one["averages"], 3)
+
     def test_pulled_out_while_it_measures(self):
         self.bed.plug("cm700d", "one", "ttyACM0", "serial=00012345,operator=1")  # takes its time
         c = self.start()
