@@ -247,7 +247,8 @@ static enum driver_result wait_button(struct instrument *in, int64_t deadline_ms
  * had still to do is noted where it is. */
 static bool is_in_step(const struct instrument *in)
 {
-    return in->press.listens && !line_is_kept(&in->reader) && in->press.first[0] == '\0';
+    return in->press.listens && !in->poll_unanswered && !line_is_kept(&in->reader) &&
+           in->press.first[0] == '\0';
 }
 
 enum driver_result km_wait_button(struct instrument *in, int timeout_ms, bool *pressed,
