@@ -12,6 +12,9 @@
 #include "base/log.h"
 #include "base/number.h"
 
+/* Of a capture, seconds: thirty years. */
+#define MOST_S 1e9
+
 /* What is being read, for messages. */
 struct reader {
     const char *path;
@@ -149,7 +152,8 @@ static enum status read_line(const struct reader *reader, char *text, struct cap
     if (rest == NULL)
         return refuse(reader, "neither '# ...' nor a time in seconds and what happened");
     *rest++ = '\0';
-    if (number_parse(text, &line->at_s) != STATUS_OK || !(line->at_s >= 0.0))
+    if (number_parse(text, &line->at_s) != STATUS_OK ||
+        !(line->at_s >= 0.0 && line->at_s <= MOST_S))
         return refuse(reader, "a line begins with '#' or with a time in seconds");
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
         size_t n = strlen(kinds[i].word);

@@ -228,6 +228,7 @@ static void test_bad_files(void)
         { HEAD "x = measure\n", STATUS_FORMAT, 2, "time in seconds" },
         { HEAD "-1.0 = measure\n", STATUS_FORMAT, 2, "time in seconds" },
         { HEAD "nan = measure\n", STATUS_FORMAT, 2, "time in seconds" },
+        { HEAD "1e300 = measure\n", STATUS_FORMAT, 2, "time in seconds" },
         { HEAD "0.1 ? measure\n", STATUS_FORMAT, 2, "one of driver" },
         { HEAD "0.1 = \n", STATUS_FORMAT, 2, "name is missing" },
         { HEAD "0.1 =\n", STATUS_FORMAT, 2, "one of driver" },
