@@ -156,7 +156,7 @@ static enum driver_result set_up(struct instrument *in, struct driver_error *err
     for (size_t i = 0; i < sizeof settings / sizeof *settings; i++) {
         struct driver_error attempt;
         enum driver_result r = rci_command(in, settings[i].command, &attempt);
-        bool unknown = r != DRIVER_OK && attempt.code[1] == '1'; /* <11> <12> <13> */
+        bool unknown = r != DRIVER_OK && strncmp(attempt.code, "<1", 2) == 0; /* <11> <12> <13> */
         if (r != DRIVER_OK && (settings[i].must || !unknown)) {
             *error = attempt;
             return r;
