@@ -54,6 +54,12 @@ static enum driver_result identify(struct instrument *in, int64_t until_ms,
             break;
         r = km_pause(in, &pause_ms, until_ms, error);
     }
+    if (r == DRIVER_PROTOCOL) {
+        const struct driver_error heard = *error;
+        return driver_fail(error, r, heard.code,
+                           "no CM-700d, CM-2600d or CM-2500d was understood at this port: %.300s",
+                           heard.text);
+    }
     if (r != DRIVER_OK)
         return r;
     in->dialect = km_read_identity(&reply, &in->identity);

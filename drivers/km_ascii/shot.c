@@ -153,6 +153,14 @@ static unsigned warnings_of_state(const struct km_state *state)
            (state->recalibrate ? DRIVER_WARNING_CALIBRATION_OLD : 0u);
 }
 
+/* The shot had ended, and there are no data: it is not that nobody measured. */
+static enum driver_result fail_without_data(struct driver_error *error)
+{
+    return driver_fail(error, DRIVER_REFUSED, "ER10",
+                       "the shot ended without data: measure again; if it stays so, the battery is "
+                       "probably empty: charge it or connect the adapter");
+}
+
 /* CM-700d.  What MES itself warns of is not taken: the flash comes later, and of all answers this
  * is the one that cannot be read twice. */
 static enum driver_result shoot_and_fetch(struct instrument *in, struct km_spectra *ret,
@@ -168,6 +176,8 @@ static enum driver_result shoot_and_fetch(struct instrument *in, struct km_spect
         in->job_ends_ms = 0;
     if (r == DRIVER_OK)
         r = km_read_both(in, "MDR", ret, error);
+    if (r == DRIVER_REFUSED && strcmp(error->code, "ER10") == 0)
+        return fail_without_data(error);
     if (r == DRIVER_OK)
         ret->warnings |= warnings_of_state(&state);
     return r;

@@ -453,6 +453,7 @@ static void test_no_data_after_a_shot(void)
     act("fault battery_dies 50");
     EXPECT(DRIVER_REFUSED, measure());
     TEST_ASSERT_EQUAL_STRING("ER10", error.code);
+    expect_text("battery");
 }
 
 static void test_battery_dies_in_a_shot(void)
