@@ -141,6 +141,8 @@ static void take_message(struct discovery *d, struct udev_device *device)
         struct found **at = find(d, syspath);
         if (*at != NULL)
             vanish(d, at);
+        if (is_tty(device) || is_usb_device(device))
+            d->events.something_went(d->events.context);
         return;
     }
     appear(d, device);

@@ -20,6 +20,8 @@ struct discovery_events {
     void (*vanished)(void *context, const char *address); /* each that appeared, once */
     /* Some tty or USB device has come: whoever waits for one need not wait longer. */
     void (*something_came)(void *context);
+    /* Some tty or USB device was pulled out: whoever has one looks whether it was that. */
+    void (*something_went)(void *context);
     void *context;
 };
 

@@ -31,6 +31,8 @@ struct seat {
     struct capture *capture; /* NULL: not recorded */
     sd_event_source *timer;  /* of its leaving */
     struct job farewell;     /* behind all that its thread has told */
+    struct unit_job look;    /* whether it is still there */
+    bool looking;            /* that is under way */
 };
 
 /* ---- names -------------------------------------------------------------------------- */
@@ -398,12 +400,36 @@ static void something_came(void *context)
             unit_try_now(seat->unit);
 }
 
+static void looked(struct job *job)
+{
+    struct seat *seat = (struct seat *)(void *)((char *)job - offsetof(struct seat, look));
+    seat->looking = false; /* where it is gone its thread has told */
+    if (seat->look.status_known && seat->bench != NULL && seat->bench->open)
+        bench_status_changed(seat->bench, &seat->look.status);
+}
+
+/* Nobody knows which device a configured address is: one without a button to watch would be
+ * missed only at its next status.  The wires of the others end by themselves. */
+static void something_went(void *context)
+{
+    const struct station *station = context;
+    for (struct seat *seat = station->seats; seat != NULL; seat = seat->next) {
+        if (!seat->configured || seat->driver->has_no_wire || seat->unit == NULL ||
+            seat->bench == NULL || !seat->bench->open || seat->looking)
+            continue;
+        seat->looking = true;
+        seat->look = (struct unit_job){ .job.done = looked, .command = UNIT_STATUS };
+        unit_ask(seat->unit, &seat->look);
+    }
+}
+
 /* Also for configured ones alone: who waits for a port hears that one has come. */
 static enum status discover(struct station *station)
 {
     const struct discovery_events events = { .appeared = appeared,
                                              .vanished = vanished,
                                              .something_came = something_came,
+                                             .something_went = something_went,
                                              .context = station };
     const struct driver *const *drivers = station->settings->discovered;
     enum status s = discovery_open(station->event, drivers, &events, &station->discovery);
