@@ -65,8 +65,8 @@ daemon  := $(BUILD)/skinspecd
 simhost := $(if $(wildcard tests/sim/mock/host.c),$(BUILD)/simhost)
 tables  := $(BUILD)/tables/table-two-layer.db $(BUILD)/tables/table-paper.db
 
-.PHONY: FORCE help all demo test test-new-driver test-fuzz test-kill test-soak soak bench asan cover lint format docs install clean \
-        need-build need-test need-fuzz need-lint
+.PHONY: FORCE help all demo test test-new-driver test-fuzz test-faults faults-asan test-kill test-soak soak bench asan \
+        cover lint format docs install clean need-build need-test need-fuzz need-faults need-lint
 .DELETE_ON_ERROR:
 # Kept, though only an implicit rule asks for them.  No others: a secondary object that is not there yet
 # does not make its program anew where its source is older than that, as one that was copied may be.
@@ -98,6 +98,18 @@ test-fuzz: need-fuzz ## random lines and sessions against the station and driver
 	@tests/fuzz/seeds_captures.py $(BUILD)/fuzz/seeds-xrite_rci drivers/xrite_rci/captures/*
 	@python3 -B tests/fuzz/seeds_ocean_ooi.py $(BUILD)/fuzz/seeds-ocean_ooi
 	@tools/run-fuzzers $(BUILD)/fuzz $(FUZZ_SECONDS) $(fuzzed)
+
+# What fails in instruments, drivers, links and their simulators; `make test` runs each once.
+PLUGS ?= 300
+fault_tests = $(filter $(BUILD)/tests/drivers/% $(BUILD)/tests/link/% $(BUILD)/tests/sim/%,$(tests))
+test-faults: need-faults all $(fault_tests) $(simhost) $(tables) ## failing instruments: ASan, valgrind, unplugged PLUGS (300) times (30 minutes)
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan CFLAGS='-O1 -g -fno-omit-frame-pointer' \
+	    EXTRA='-fsanitize=address,undefined -fno-sanitize-recover=all' faults-asan
+	@tools/run-faults valgrind $(BUILD)
+	@PLUGS=$(PLUGS) tools/run-faults plugs $(BUILD)
+
+faults-asan: all $(fault_tests) $(simhost) $(tables)
+	@tools/run-faults asan $(BUILD)
 
 KILLS ?= 500
 test-kill: need-test $(program) $(daemon) $(tables) ## the station killed KILLS (500) times while four clients measure
@@ -181,6 +193,9 @@ need-test: need-build $(unity)/unity.c
 
 need-fuzz: need-build
 	@tools/need cmd:clang=clang cmd:python3=python3
+
+need-faults: need-test
+	@tools/need cmd:valgrind=valgrind
 
 need-cover: need-test
 	@tools/need cmd:gcovr=gcovr

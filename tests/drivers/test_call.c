@@ -10,9 +10,8 @@
 #include <unistd.h>
 
 #include "tests/support/dice.h"
+#include "tests/support/patience.h"
 #include "unity.h"
-
-enum { SLACK_MS = 400 }; /* what a busy machine may add */
 
 static struct call call;
 static int ends[2];

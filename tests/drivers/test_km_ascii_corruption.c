@@ -17,9 +17,13 @@
 #include <string.h>
 
 #include "tests/drivers/cue.h"
+#include "tests/support/patience.h"
 #include "unity.h"
 
-enum { REPLY_MS = 6, SUBSTITUTIONS = 11, SKINS = 2 };
+/* Waited out some thousand times. */
+#define REPLY_MS (patience_number("TEST_PATIENCE") > 1 ? 40 : 6)
+
+enum { SUBSTITUTIONS = 11, SKINS = 2 };
 
 static const struct driver *const km = &km_ascii_driver;
 static struct cued_wire wire;

@@ -17,10 +17,11 @@
 #include "optics/two_layer.h"
 #include "tests/support/figures.h"
 #include "tests/support/folder.h"
+#include "tests/support/patience.h"
 #include "unity.h"
 
 /* Reply timeout of the tests, and what a busy machine may add to any wait. */
-enum { REPLY_MS = 100, SLACK_MS = 400 };
+enum { REPLY_MS = 100 };
 
 /* Apertures and grids by index, as simulated.h has them. */
 enum { PORT_8MM, PORT_3MM };

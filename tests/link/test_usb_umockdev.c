@@ -16,9 +16,10 @@
 #include <unistd.h>
 
 #include "tests/sim/mock/mock_usb.h"
+#include "tests/support/patience.h"
 #include "unity.h"
 
-enum { SLACK_MS = 400, NOBODY = 65534, OUT = 0x01, IN = 0x81, IN_LARGE = 0x82 };
+enum { NOBODY = 65534, OUT = 0x01, IN = 0x81, IN_LARGE = 0x82 };
 
 /* ---- an instrument that does as it is told ------------------------------------------ */
 
@@ -628,6 +629,11 @@ int main(void)
     RUN_TEST(test_pulled_out_before_a_call);
     RUN_TEST(test_error_of_the_bus);
     RUN_TEST(test_descriptors);
+    for (int i = patience_number("PLUGS"); i > 1; i--) {
+        RUN_TEST(test_pulled_out_of_a_transfer);
+        RUN_TEST(test_pulled_out_and_hung_up);
+        RUN_TEST(test_pulled_out_before_a_call);
+    }
     int failed = UNITY_END();
     g_object_unref(testbed);
     return failed;
