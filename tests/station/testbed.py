@@ -85,6 +85,8 @@ class Testbed:
 
 
 class OnTestbed(Case):
+    """A testbed of its own for each test."""
+
     instruments = None
 
     def setUp(self):
@@ -95,6 +97,13 @@ class OnTestbed(Case):
             Daemon(instruments=instruments or ("auto",), env=self.bed.env(), **more)
         )
         return self.client()
+
+    def folder(self):
+        """One for the test's own files."""
+        if not hasattr(self, "_folder"):
+            self._folder = tempfile.mkdtemp(prefix="sk.", dir="/tmp")
+            self.addCleanup(shutil.rmtree, self._folder, ignore_errors=True)
+        return self._folder
 
     def as_nobody(self):
         """Root may open everything."""
@@ -109,6 +118,13 @@ class OnTestbed(Case):
         os.chown(folder, NOBODY, NOBODY)
         return {"state": folder, "socket": os.path.join(folder, "s"),
                 "user": NOBODY, "group": NOBODY, "extra_groups": []}  # fmt: skip
+
+    def left_open(self):
+        """The daemon's descriptors but sockets.  umockdev's preload library connects one in open() of a
+        device, and keeps it where the node has just gone; the daemon itself has one a client."""
+        folder = f"/proc/{self.daemon.process.pid}/fd"
+        return len([x for x in os.listdir(folder)
+                    if not os.readlink(os.path.join(folder, x)).startswith("socket:")])  # fmt: skip
 
     @staticmethod
     def states(client):
