@@ -505,7 +505,7 @@ static void test_descriptors(void)
         if (i == 10)
             before = next;
         if (i > 10)
-            TEST_ASSERT_EQUAL_INT(before, next);
+            TEST_ASSERT_TRUE(next <= before); /* umockdev may close some of its own meanwhile */
     }
 }
 
