@@ -204,7 +204,7 @@ need-lint: need-test
 	@tools/need cmd:clang=clang cmd:clang-format=clang-format cmd:clang-tidy=clang-tidy \
 	    cmd:cppcheck=cppcheck
 
-$(unity)/unity.c:
+$(unity)/unity.c: | need-build
 	@tools/need cmd:xz=xz-utils
 	@tools/fetch-unity $(unity)
 
@@ -239,6 +239,8 @@ $(BUILD)/obj/unity.o: $(unity)/unity.c $(BUILD)/flags | need-build
 $(BUILD)/obj/tests/%.o: private override EXTRA += -isystem $(unity) -DUNITY_INCLUDE_DOUBLE
 $(call objects,$(own_tests_c) $(own_support_c)): private override EXTRA += -isystem $(unity) -DUNITY_INCLUDE_DOUBLE
 $(call objects,$(tests_c) $(own_tests_c) $(support_c)): | $(unity)/unity.c
+# With several jobs at a time: not before the packages that tests need are there.
+$(call objects,$(mock_c) $(tests_c)): | need-test
 
 $(lib_a): $(core_o)
 	@rm -f $@
