@@ -184,9 +184,9 @@ enum driver_result km_confirm(struct instrument *in, const char *question, size_
                 *ret = reply;
                 return DRIVER_OK;
             }
-        if (confused && r == DRIVER_PROTOCOL && call_now_ms() >= in->call_ends_ms)
-            *error = attempt; /* too late to settle: what was heard says more */
-        else if (confused)
+        /* Where it is too late to settle, what was heard says more. */
+        bool too_late = r == DRIVER_PROTOCOL && call_now_ms() >= in->call_ends_ms;
+        if (confused && !too_late)
             r = km_settle(in, error);
         else if (r != DRIVER_OK)
             *error = attempt;
