@@ -18,12 +18,19 @@ ANSWER_S = 30
 NOBODY = 65534
 
 
+def asan_options():
+    """The preload library comes before libasan: both redirect, in the right order."""
+    given = os.environ.get("ASAN_OPTIONS", "")
+    return ":".join(x for x in (given, "verify_asan_link_order=0") if x)
+
+
 class Testbed:
     __test__ = False  # no test, for whoever looks for them by name
 
     def __init__(self):
         self.process = subprocess.Popen(
             ["umockdev-wrapper", SIMHOST],
+            env={**os.environ, "ASAN_OPTIONS": asan_options()},
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
         self._answers = queue.Queue()
@@ -59,12 +66,10 @@ class Testbed:
     def env(self):
         """For the daemon: its devices are those in here."""
         preload = ["libumockdev-preload.so.0", os.environ.get("LD_PRELOAD", "")]
-        asan = os.environ.get("ASAN_OPTIONS", "")
         return {
             "LD_PRELOAD": " ".join(x for x in preload if x),
             "UMOCKDEV_DIR": self.root,
-            # The preload library comes before libasan: both redirect, in the right order.
-            "ASAN_OPTIONS": ":".join(x for x in (asan, "verify_asan_link_order=0") if x),
+            "ASAN_OPTIONS": asan_options(),
         }
 
     def close(self):
