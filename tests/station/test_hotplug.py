@@ -145,7 +145,8 @@ class Hotplug(OnTestbed):
         before = self.daemon.cpu_ticks()
         time.sleep(3)
         ticks = self.daemon.cpu_ticks() - before
-        self.assertLessEqual(ticks, 6 * (10 if INSTRUMENTED else 1))  # 2 % of 3 s
+        if not INSTRUMENTED:  # what an instrumented program takes says nothing
+            self.assertLessEqual(ticks, 6)  # 2 % of 3 s
 
     def test_many_times(self):
         self.bed.plug("cm700d", "one", "ttyACM0", f"serial=00012345,{CM700D}")

@@ -34,8 +34,8 @@ class Unplugged(WithInstruments):
             if i == 1:
                 time.sleep(0.3)
                 before = self.left_open()
-        time.sleep(0.3)
-        self.assertLessEqual(self.left_open(), before)
+        # The last seat is closed a moment after its instrument was seen to go.
+        wait_for("no more descriptors than before", lambda: self.left_open() <= before, 10)
         self.assertEqual(list(self.states(client)), [unit.name])
 
     def test_spectrometer_many_times(self):
@@ -55,7 +55,8 @@ class Unplugged(WithInstruments):
                 time.sleep(0.3)
                 before = self.daemon.cpu_ticks()
                 time.sleep(2)
-                self.assertLessEqual(self.daemon.cpu_ticks() - before, 4 * SLOWER)
+                if not INSTRUMENTED:  # what an instrumented program takes says nothing
+                    self.assertLessEqual(self.daemon.cpu_ticks() - before, 4)
                 self.daemon.stop()
 
     def test_ready_and_idle(self):
