@@ -18,6 +18,7 @@ extern "C" {
 #include "optics/half_space.h"
 #include "optics/model.h" /* all models behind one interface */
 #include "optics/paper.h" /* the paper's RGB computation */
+#include "optics/slopes.h"
 #include "optics/tissue.h"
 #include "optics/two_layer.h"
 

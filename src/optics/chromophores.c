@@ -90,6 +90,7 @@ enum status chromophores_init(double first_nm, double step_nm, size_t n, struct 
         ret->oxy[i] = oxyhaemoglobin_sigma_a(nm);
         ret->deoxy[i] = deoxyhaemoglobin_sigma_a(nm);
         ret->sigma_s_prime[i] = skin_sigma_s_prime(nm);
+        ret->log_nm[i] = log(nm / CHROMOPHORES_LOG_NM);
     }
     return STATUS_OK;
 }

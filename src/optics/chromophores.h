@@ -16,6 +16,7 @@
 
 #define CHROMOPHORES_MIN_NM 250.0
 #define CHROMOPHORES_MAX_NM 1000.0
+#define CHROMOPHORES_LOG_NM 500.0
 
 double eumelanin_sigma_a(double nm);   /* [paper] Eq. 2 */
 double pheomelanin_sigma_a(double nm); /* [paper] Eq. 1 */
@@ -38,6 +39,7 @@ struct chromophores {
     double base[SPECTRUM_MAX_BANDS];
     double oxy[SPECTRUM_MAX_BANDS], deoxy[SPECTRUM_MAX_BANDS];
     double sigma_s_prime[SPECTRUM_MAX_BANDS];
+    double log_nm[SPECTRUM_MAX_BANDS]; /* ln(l / CHROMOPHORES_LOG_NM), for power laws */
 };
 
 /* STATUS_RANGE where a band lies outside 250..1000 nm, n is 0 or too large, or

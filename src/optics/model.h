@@ -11,6 +11,7 @@
 #include <stddef.h>
 
 #include "base/status.h"
+#include "optics/slopes.h"
 #include "optics/tissue.h"
 
 struct model {
@@ -22,6 +23,9 @@ struct model {
     /* Just one of these two is there; NULL means the model cannot. */
     enum status (*reflectance)(const struct medium *m, double *R); /* R[m->n] */
     enum status (*rgb)(const struct tissue *t, double rgb[3]);     /* no spectrum */
+    /* R as reflectance() gives it, to the last bit, and its derivatives: optics/slopes.h.
+     * NULL for a model without. */
+    enum status (*slopes)(const struct medium *m, double *R, const struct slopes *dR);
 };
 
 enum { MODEL_COUNT = 3 };

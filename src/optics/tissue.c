@@ -1,6 +1,7 @@
 /* tissue.c - Eqs. 4 and 5: fractions of chromophores -> coefficients. */
 #include "optics/tissue.h"
 
+#include <math.h>
 #include <stdbool.h>
 
 struct tissue tissue_of(double Cm, double Bm, double Ch)
@@ -15,12 +16,31 @@ static bool is_fraction(double x)
     return x >= 0.0 && x <= 1.0;
 }
 
+static bool is_scattering(const struct tissue *t)
+{
+    return t->scattering_a == 0.0 || (t->scattering_a >= TISSUE_SCATTERING_A_MIN &&
+                                      t->scattering_a <= TISSUE_SCATTERING_A_MAX &&
+                                      fabs(t->scattering_b) <= TISSUE_SCATTERING_B_MAX);
+}
+
 enum status tissue_check(const struct tissue *t)
 {
     bool good = is_fraction(t->Cm) && is_fraction(t->Bm) && is_fraction(t->Ch) &&
                 is_fraction(t->gamma) && t->epidermis_mm >= 0.0 &&
-                t->epidermis_mm <= TISSUE_EPIDERMIS_MM_MAX;
+                t->epidermis_mm <= TISSUE_EPIDERMIS_MM_MAX && is_scattering(t);
     return good ? STATUS_OK : STATUS_RANGE;
+}
+
+/* The paper's constants, or a power law that both layers share. */
+static void scattering(const struct tissue *t, const struct chromophores *c, struct medium *m)
+{
+    for (size_t i = 0; i < c->n; i++) {
+        bool paper = t->scattering_a == 0.0;
+        double s =
+            paper ? c->sigma_s_prime[i] : t->scattering_a * exp(-t->scattering_b * c->log_nm[i]);
+        m->sigma_s_prime_epidermis[i] = s;
+        m->sigma_s_prime_dermis[i] = paper ? 0.5 * s : s;
+    }
 }
 
 enum status tissue_medium(const struct tissue *t, const struct chromophores *c, double *scratch,
@@ -43,8 +63,7 @@ enum status tissue_medium(const struct tissue *t, const struct chromophores *c, 
         double blood = t->gamma * c->oxy[i] + (1.0 - t->gamma) * c->deoxy[i];
         ret->sigma_a_epidermis[i] = t->Cm * melanin + (1.0 - t->Cm) * c->base[i];
         ret->sigma_a_dermis[i] = t->Ch * blood + (1.0 - t->Ch) * c->base[i];
-        ret->sigma_s_prime_epidermis[i] = c->sigma_s_prime[i];
-        ret->sigma_s_prime_dermis[i] = 0.5 * c->sigma_s_prime[i];
     }
+    scattering(t, c, ret);
     return STATUS_OK;
 }

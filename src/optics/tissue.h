@@ -8,8 +8,12 @@
  *   gamma          oxygenated share of the haemoglobin     0.75            0 .. 1
  *   epidermis_mm   thickness of the epidermis              (0.08)          0 .. 1000
  *   eta            refractive index, skin over air         1.4             see optics/dipole.h
+ *   scattering_a   mm^-1 at 500 nm, both layers            (none)          1e-6 .. 1e6, or 0: Eq. 6
+ *   scattering_b   slope: sigma_s' = a (l/500)^-b          (none)          -10 .. 10
  * Bm multiplies eumelanin, as Eq. 4 is printed (the sentence below it has it the
- * other way round).  The paper gives no thickness; 0.08 mm is ours. */
+ * other way round).  The paper gives no thickness; 0.08 mm is ours.
+ * Where scattering_a is 0 the paper's constants hold: Eq. 6, half of it in the dermis, and
+ * scattering_b is not looked at.  Real skin needs its own (docs/inversion.md). */
 #ifndef SKINSPEC_OPTICS_TISSUE_H
 #define SKINSPEC_OPTICS_TISSUE_H
 
@@ -22,13 +26,17 @@
 #define TISSUE_CH_MIN 0.001
 #define TISSUE_CH_MAX 0.1
 #define TISSUE_EPIDERMIS_MM_MAX 1000.0
+#define TISSUE_SCATTERING_A_MIN 1e-6
+#define TISSUE_SCATTERING_A_MAX 1e6
+#define TISSUE_SCATTERING_B_MAX 10.0
 
 struct tissue {
     double Cm, Bm, Ch, gamma;
     double epidermis_mm, eta;
+    double scattering_a, scattering_b;
 };
 
-/* gamma 0.75, epidermis 0.08 mm, eta 1.4, with the given fractions. */
+/* gamma 0.75, epidermis 0.08 mm, eta 1.4, the paper's scattering, with the given fractions. */
 struct tissue tissue_of(double Cm, double Bm, double Ch);
 
 /* STATUS_RANGE where a member is outside "accepted" (eta is left to the models). */

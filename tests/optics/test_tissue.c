@@ -147,9 +147,44 @@ static void test_medium_fills_the_scratch(void)
         TEST_ASSERT_TRUE(m.sigma_s_prime_epidermis[i] == c.sigma_s_prime[i]);
 }
 
+/* a (l/500)^-b in both layers: 9.7 (400/500)^-1.47 = 13.4657160, 9.7 (700/500)^-1.47 = 5.91511948
+ * (decimals of 30 digits).  0 for a is the paper's Eq. 6; b is then not looked at. */
+static void test_scattering_of_its_own(void)
+{
+    static struct chromophores c;
+    double scratch[MEDIUM_SCRATCH(4)];
+    struct medium m;
+    struct tissue t = tissue_of(0.1, 0.5, 0.05);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, chromophores_init(400.0, 100.0, 4, &c));
+    t.scattering_a = 9.7;
+    t.scattering_b = 1.47;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, tissue_medium(&t, &c, scratch, &m));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 13.46571608340, m.sigma_s_prime_epidermis[0]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-14, 9.7, m.sigma_s_prime_epidermis[1]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 5.915119485660, m.sigma_s_prime_epidermis[3]);
+    for (size_t i = 0; i < 4; i++)
+        TEST_ASSERT_TRUE(m.sigma_s_prime_dermis[i] == m.sigma_s_prime_epidermis[i]);
+    static const double refused[][2] = { { -1.0, 1.0 },
+                                         { 1e-7, 1.0 },
+                                         { 1e7, 1.0 },
+                                         { 10.0, 10.000001 },
+                                         { 10.0, (double)NAN },
+                                         { (double)NAN, 1.0 },
+                                         { (double)INFINITY, 1.0 } };
+    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
+        t.scattering_a = refused[i][0];
+        t.scattering_b = refused[i][1];
+        TEST_ASSERT_EQUAL_INT(STATUS_RANGE, tissue_check(&t));
+    }
+    t.scattering_a = 0.0;
+    t.scattering_b = 1e6;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, tissue_check(&t));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_scattering_of_its_own);
     RUN_TEST(test_defaults);
     RUN_TEST(test_check);
     RUN_TEST(test_medium);
