@@ -21,7 +21,8 @@ enum driver_result link_open_usb(const struct link_wanted *wanted, struct link *
  *   begin("status")   the station asks when it likes: the next unused one before the next other
  *                     call, else the last one before that again, else the first of all
  *   begin("wait...")  the unused ones that brought bytes, before the next other call, one after
- *                     the other: a station cuts its waits as it likes.  After them nothing comes
+ *                     the other: a station cuts its waits as it likes, and one that had no time for
+ *                     what it finds leaves it to the next.  After them nothing comes
  *                     until the deadline; what is sent then is answered as it was last in a wait
  *                     before the next other call, or in vain
  *

@@ -28,8 +28,9 @@ struct replay {
     char *call;     /* begun last */
     bool silent;    /* in a wait that the capture has none of */
     bool none;      /* the capture has no such call */
+    size_t entered; /* the segment it is in */
     size_t at, end; /* lines of the segment that are left */
-    bool fresh;     /* nothing was sent or came in it */
+    bool fresh;     /* nothing of it was sent or came */
     size_t taken;   /* bytes of line `at` that were received already */
 };
 
@@ -166,6 +167,7 @@ static size_t find_call(const struct replay *replay, const char *call)
 static void enter(struct replay *replay, size_t segment)
 {
     replay->segments[segment].used = true;
+    replay->entered = segment;
     replay->at = replay->segments[segment].first;
     replay->end = replay->segments[segment].end;
     replay->taken = 0;
@@ -173,6 +175,13 @@ static void enter(struct replay *replay, size_t segment)
     if (is_wait(replay->segments[segment].call) &&
         is_unanswered(replay, &replay->segments[segment - 1]))
         pass_over_late_answer(replay);
+}
+
+/* A wait that had no time for any of it leaves it to the next. */
+static void leave_to_next(struct replay *replay)
+{
+    if (replay->call != NULL && is_wait(replay->call) && !replay->silent && replay->fresh)
+        replay->segments[replay->entered].used = false;
 }
 
 /* The call begun last goes its way back, or is at its end.  A capture that does not tell them
@@ -205,6 +214,7 @@ static void replay_begin(struct link *link, const char *call)
     struct replay *replay = (struct replay *)link;
     if (is_about_way_back(replay, call))
         return;
+    leave_to_next(replay);
     bool status = is_status(call), wait = is_wait(call);
     size_t found = status ? find_status(replay)
                    : wait ? find_wait(replay, call)
@@ -364,6 +374,29 @@ static bool pass_over_way_back(struct replay *replay, uint8_t channel, const voi
     return false;
 }
 
+/* Whether what comes next in a wait answers a question of none of its own, but of a wait before. */
+static bool is_asked_before(const struct replay *replay)
+{
+    for (size_t i = replay->segments[replay->entered].first; i < replay->at; i++)
+        if (replay->file.lines[i].kind == CAPTURE_SENT)
+            return false;
+    return replay->at < replay->end && replay->file.lines[replay->at].kind == CAPTURE_CAME;
+}
+
+/* The same, and the question was these bytes. */
+static bool is_answer_to(const struct replay *replay, uint8_t channel, const void *bytes, size_t n)
+{
+    if (!is_asked_before(replay))
+        return false;
+    for (size_t s = replay->entered; s-- > 0 && is_wait(replay->segments[s].call);)
+        for (size_t i = replay->segments[s].end; i-- > replay->segments[s].first;) {
+            const struct capture_line *line = &replay->file.lines[i];
+            if (line->kind == CAPTURE_SENT || line->kind == CAPTURE_CAME)
+                return is_sent(line, channel, bytes, n);
+        }
+    return false;
+}
+
 /* A driver that asks again and again while it waits is answered as it was last: the capture has
  * as many questions as there was time for then. */
 static void answer_as_before(struct replay *replay, uint8_t channel, const void *bytes, size_t n)
@@ -404,6 +437,8 @@ static bool find_question(struct replay *replay, uint8_t channel, const void *by
         }
         if (line->kind == CAPTURE_SILENCE) /* its time had not come then */
             replay->at++;
+        else if (is_answer_to(replay, channel, bytes, n))
+            return true; /* a wait of the capture that had no time for its answer was left out */
         else if (replay->fresh)
             replay->at = replay->end; /* nothing but a way back */
         else
@@ -486,6 +521,11 @@ static enum driver_result replay_receive(struct link *link, uint8_t channel, voi
         char wanted[64];
         snprintf(wanted, sizeof wanted, "a wait for bytes on channel %02x", channel);
         return differ(replay, wanted, error);
+    }
+    if (line->kind == CAPTURE_CAME && in_wait(replay) && is_asked_before(replay) &&
+        call_now_ms() >= deadline_ms) {
+        replay->fresh = true; /* it took longer than this wait: for the next */
+        return fail_silent(error);
     }
     if (line->kind == CAPTURE_CAME)
         return give_bytes(replay, line, bytes, size, n, error);

@@ -286,6 +286,36 @@ static void test_waits(void)
     assert_silent("wait_button");
 }
 
+/* An instrument that is asked once and answers when its button is pressed, as an SP62 does: the
+ * wait that asked had no time for the answer, and the wait that has it did not ask. */
+static void test_a_wait_that_had_no_time(void)
+{
+    start(HEAD "1 = measure\n2 = wait_button\n2 ~ 00\n2 > 00 R\n2 ~ 00\n"
+               "3 = wait_button\n3 ~ 00\n9 < 00 press\n10 = measure\n");
+    link_begin(wire, "measure");
+    link_begin_waiting(wire, "wait_button");
+    TEST_ASSERT_EQUAL_INT(DRIVER_TIMEOUT, hear(0));
+    TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVER_OK, say("R"), error.text);
+    TEST_ASSERT_EQUAL_INT(DRIVER_TIMEOUT, hear(0));
+    link_begin_waiting(wire, "wait_button");
+    TEST_ASSERT_EQUAL_INT(DRIVER_TIMEOUT, hear(0));
+    assert_heard("press");
+    assert_silent("wait_button");
+}
+
+/* It asked nothing at all: the next has all of it. */
+static void test_a_wait_that_did_nothing(void)
+{
+    start(HEAD "2 = wait_button\n3 = wait_button\n4 > 00 R\n4 < 00 no\n5 > 00 R\n9 < 00 press\n");
+    link_begin_waiting(wire, "wait_button");
+    link_begin_waiting(wire, "wait_button");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVER_OK, say("R"), error.text);
+    assert_heard("no");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVER_OK, say("R"), error.text);
+    assert_heard("press");
+    assert_silent("wait_button");
+}
+
 /* A driver that polls its button: a station that waits at other times replays it all the same. */
 static void test_waits_that_were_cut_short(void)
 {
@@ -418,6 +448,8 @@ int main(void)
     RUN_TEST(test_status_as_often_as_asked);
     RUN_TEST(test_status_that_was_never_asked);
     RUN_TEST(test_waits);
+    RUN_TEST(test_a_wait_that_had_no_time);
+    RUN_TEST(test_a_wait_that_did_nothing);
     RUN_TEST(test_waits_that_were_cut_short);
     RUN_TEST(test_a_late_answer_is_no_news);
     RUN_TEST(test_a_question_not_asked_yet_is_silence);
