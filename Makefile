@@ -36,7 +36,7 @@ own_sims_c  := $(wildcard drivers/*/tests/sim_*.c)
 own_support_c := $(filter-out $(own_tests_c) $(own_sims_c),$(wildcard drivers/*/tests/*.c))
 # What stands for the instruments; wire_memory is the one that needs a driver's link.
 sims_c  := $(filter-out tests/sim/test_%.c tests/sim/wire_memory.c,$(wildcard tests/sim/*.c)) $(own_sims_c)
-support_c := $(wildcard tests/support/*.c tests/drivers/contract.c tests/drivers/cue.c) $(sims_c) $(wildcard tests/sim/wire_memory.c) \
+support_c := $(wildcard tests/support/*.c $(addprefix tests/drivers/,contract.c cue.c capture_case.c)) $(sims_c) $(wildcard tests/sim/wire_memory.c) \
            $(own_support_c)
 # What mocks the system's devices for unmodified programs, and the program that does.
 mock_c  := $(wildcard tests/sim/mock/*.c)

@@ -1,15 +1,15 @@
 /* test_ocean_ooi_capture.c - a recorded session replayed: the same readings, bit for bit.
  *
+ * tests/station/make_captures.py makes the capture;
+ *
  *   build/tests/drivers/test_ocean_ooi_capture --write
  *
- * makes drivers/ocean_ooi/captures/ anew from the simulated spectrometer. */
+ * the readings beside it, from the simulated spectrometer without a capture. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/number.h"
-#include "drivers/link/capture.h"
 #include "drivers/ocean_ooi/ocean_ooi.h"
 #include "tests/support/ocean_bench.h"
 #include "unity.h"
@@ -73,25 +73,15 @@ static void write_readings(const struct driver_reading *readings)
     fclose(f);
 }
 
-static void write_capture(void)
+static void measure_live(void)
 {
     static struct ocean_bench bench;
     static struct driver_reading readings[SHOTS];
     struct driver_identity identity;
-    struct capture *capture;
-    (void)unlink(CAPTURE);
     ocean_bench_make(&bench, &sim_usb2000, "noise=0,lamp=0.07");
     bench.hands = true;
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, capture_create(CAPTURE, "ocean_ooi", &capture));
-    capture_note(capture, "model: Ocean Optics USB2000+      firmware: as the simulator has it");
-    capture_note(capture, "by: a wire simulator");
-    capture_note(capture, "done: opened, zero, white, three skins");
-    capture_note(capture, "simulated, not seen on hardware");
-    struct driver_options options = { .address = "usb" OPTIONS,
-                                      .wire = &bench.source,
-                                      .capture = capture };
+    struct driver_options options = { .address = "usb" OPTIONS, .wire = &bench.source };
     run(&options, &bench, readings, &identity);
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, capture_close(capture));
     ocean_bench_free(&bench);
     write_readings(readings);
 }
@@ -133,7 +123,7 @@ int main(int argc, char **argv)
 {
     UNITY_BEGIN();
     if (argc > 1 && strcmp(argv[1], "--write") == 0)
-        RUN_TEST(write_capture);
+        RUN_TEST(measure_live);
     RUN_TEST(test_replay_gives_the_same_readings);
     return UNITY_END();
 }

@@ -1,30 +1,33 @@
 /* test_xrite_rci_capture.c - the capture in drivers/xrite_rci/captures, replayed through the
  * driver: the readings are those of the simulator that it was made from, bit for bit; and nothing
- * was ever sent but the commands that the driver's list has.
- *
- * SKINSPEC_MAKE_CAPTURES=FOLDER makes it anew there. */
+ * was ever sent but the commands that the driver's list has. */
 #include "drivers/xrite_rci/xrite_rci.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "drivers/link/capture.h"
-#include "tests/drivers/cue.h"
+#include "tests/drivers/capture_case.h"
+#include "tests/support/folder.h"
 #include "unity.h"
 
-enum { SHOTS = 3 };
+#define SP62 "drivers/xrite_rci/captures/sp62.capture"
 
-static const struct driver *const rci = &xrite_rci_driver;
+/* The white step is the first RM; the simulator's operator does the rest. */
+static void place(struct cued_wire *wire)
+{
+    cue(wire, "RM", 1, "place white");
+    cue(wire, "RM", 2, "place skin");
+}
 
-struct session {
-    struct driver_identity identity;
-    struct driver_status before, after;
-    struct driver_reading shot[SHOTS], press, stored;
-    bool pressed;
+static const struct capture_case sp62 = {
+    .driver = &xrite_rci_driver,
+    .kind = &sim_sp62,
+    .options = "delays=0.1,operator_ms=200,serial=007654",
+    .path = SP62,
+    .cue = place,
+    .press_is_lost = true,
 };
-static struct session live, replayed;
-static struct cued_wire wire;
 
 void setUp(void)
 {
@@ -32,95 +35,16 @@ void setUp(void)
 
 void tearDown(void)
 {
-    wire_memory_free(wire.wire);
-    wire.wire = NULL;
-}
-
-static struct driver_error error;
-#define OK(call) TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVER_OK, (call), error.text)
-
-/* Identity, calibration, three shots, a press and its reading. */
-static void hold(const struct driver_options *options, struct session *s)
-{
-    struct instrument *in = NULL;
-    memset(s, 0, sizeof *s);
-    memset(&error, 0, sizeof error);
-    OK(rci->open(options, &in, &s->identity, &error));
-    OK(rci->status(in, &s->before, &error));
-    OK(rci->calibrate(in, DRIVER_CALIBRATION_ZERO, &error));
-    OK(rci->calibrate(in, DRIVER_CALIBRATION_WHITE, &error));
-    OK(rci->status(in, &s->after, &error));
-    for (int i = 0; i < SHOTS; i++)
-        OK(rci->measure(in, &s->shot[i], &error));
-    OK(rci->wait_button(in, 10000, &s->pressed, &error));
-    OK(rci->measure(in, &s->press, &error));
-    OK(rci->stored_read(in, 0, &s->stored, &error));
-    rci->close(in);
-}
-
-static void hold_live(const struct sim_kind *kind, struct capture *capture)
-{
-    cued_wire_init(&wire,
-                   wire_memory_make(kind, "delays=0.1,operator_ms=200,serial=007654,samples=1"));
-    TEST_ASSERT_NOT_NULL(wire.wire);
-    cue(&wire, "RM", 1, "place white"); /* the white step; the operator does the rest */
-    cue(&wire, "RM", 2, "place skin");
-    hold(&(struct driver_options){ .address = "", .wire = &wire.source, .capture = capture },
-         &live);
-    wire_memory_free(wire.wire);
-    wire.wire = NULL;
-}
-
-static void make_capture(const struct sim_kind *kind, const char *folder)
-{
-    char path[512];
-    struct capture *capture;
-    snprintf(path, sizeof path, "%s/%s.capture", folder, kind->name);
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, capture_create(path, "xrite_rci", &capture));
-    capture_note(capture, "model: X-Rite SP62      firmware: not told");
-    capture_note(capture, "by: the wire simulator %s", kind->name);
-    capture_note(capture, "done: identified, calibrated, three shots, the button and its reading, "
-                          "a stored sample");
-    capture_note(capture, "simulated, not seen on hardware");
-    hold_live(kind, capture);
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, capture_close(capture));
-}
-
-static void check_reading(const struct driver_reading *expect, const struct driver_reading *r)
-{
-    TEST_ASSERT_EQUAL_MEMORY(expect->raw_sce, r->raw_sce, sizeof r->raw_sce);
-    TEST_ASSERT_EQUAL_MEMORY(expect->raw_sci, r->raw_sci, sizeof r->raw_sci);
-    TEST_ASSERT_EQUAL_MEMORY(expect->sce.value, r->sce.value, sizeof r->sce.value);
-    TEST_ASSERT_EQUAL_MEMORY(expect->sci.value, r->sci.value, sizeof r->sci.value);
-    TEST_ASSERT_EQUAL_UINT(expect->warnings, r->warnings);
-}
-
-static void replays(const struct sim_kind *kind)
-{
-    char address[128];
-    const char *folder = getenv("SKINSPEC_MAKE_CAPTURES");
-    if (folder != NULL)
-        make_capture(kind, folder);
-    hold_live(kind, NULL);
-    snprintf(address, sizeof address, "replay:drivers/xrite_rci/captures/%s.capture", kind->name);
-    hold(&(struct driver_options){ .address = address }, &replayed);
-    TEST_ASSERT_EQUAL_MEMORY(&live.identity, &replayed.identity, sizeof live.identity);
-    TEST_ASSERT_TRUE(replayed.before.due[0] && replayed.before.due[1]);
-    TEST_ASSERT_FALSE(replayed.after.due[0] || replayed.after.due[1]);
-    TEST_ASSERT_TRUE(live.pressed && replayed.pressed);
-    for (int i = 0; i < SHOTS; i++)
-        check_reading(&live.shot[i], &replayed.shot[i]);
-    check_reading(&live.press, &replayed.press);
-    check_reading(&live.stored, &replayed.stored);
+    capture_case_tear_down();
 }
 
 static void test_replays(void)
 {
-    replays(&sim_sp62);
+    capture_case_replays(&sp62);
 }
 
 /* expect: the commands that the descriptions give for reading, by hand */
-static void test_nothing_else_was_sent(void)
+static void check_commands(const char *path, size_t at_least)
 {
     static const char *const allowed[] = {
         "\r\n",       "CE\r\n",     "0009CF\r\n", "0108CF\r\n", "0005CF\r\n", "0107CF\r\n",
@@ -129,8 +53,7 @@ static void test_nothing_else_was_sent(void)
     };
     struct capture_file file;
     size_t sent = 0;
-    TEST_ASSERT_EQUAL_INT(STATUS_OK,
-                          capture_read("drivers/xrite_rci/captures/sp62.capture", &file));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, capture_read(path, &file));
     for (size_t i = 0; i < file.n; i++) {
         bool found = file.lines[i].kind != CAPTURE_SENT;
         sent += !found;
@@ -139,14 +62,41 @@ static void test_nothing_else_was_sent(void)
                     memcmp(file.lines[i].bytes, allowed[a], file.lines[i].n) == 0;
         TEST_ASSERT_TRUE_MESSAGE(found, "another command");
     }
-    TEST_ASSERT_TRUE(sent > 40);
+    TEST_ASSERT_GREATER_THAN(at_least, sent);
     capture_free(&file);
+}
+
+static void test_nothing_else_was_sent(void)
+{
+    check_commands(SP62, 40);
+}
+
+/* A station asks for none; recorded here, and then replayed. */
+static void test_stored_sample(void)
+{
+    static struct capture_session live;
+    struct capture_case stored = sp62;
+    struct capture *capture;
+    char folder[FOLDER_PATH_SIZE], path[FOLDER_PATH_SIZE];
+    stored.options = "delays=0.1,operator_ms=200,serial=007654,samples=1";
+    stored.press_is_lost = false;
+    stored.stored = true;
+    TEST_ASSERT_TRUE(folder_make(folder));
+    stored.path = folder_path(folder, "stored.capture", path);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, capture_create(stored.path, "xrite_rci", &capture));
+    capture_case_hold_live(&stored, capture, &live);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, capture_close(capture));
+    TEST_ASSERT_TRUE(live.stored.has_sce && live.stored.sce.n == 31);
+    capture_case_replays(&stored);
+    check_commands(stored.path, 40);
+    folder_remove(folder);
 }
 
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_replays);
+    RUN_TEST(test_stored_sample);
     RUN_TEST(test_nothing_else_was_sent);
     return UNITY_END();
 }
