@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "station/check_compare.h"
+#include "station/check_fit.h"
 #include "station/check_json.h"
 #include "station/measuring.h"
 #include "station/station_store.h"
@@ -139,6 +140,7 @@ static void finish(struct taking *taking)
     const struct measuring *m = &taking->measuring;
     bool sets = taking->order.sets_reference;
     struct check_difference difference;
+    struct refusal refusal;
     struct quality_set *set = malloc(sizeof *set);
     enum status s =
         set != NULL ? quality_of_set(m->matched, m->a_star, m->taken, set) : STATUS_NO_MEMORY;
@@ -147,6 +149,8 @@ static void finish(struct taking *taking)
                           &difference);
     if (s == STATUS_NO_MEMORY)
         refuse_for(taking, REASON_NO_MEMORY, "");
+    else if (s == STATUS_OK && !check_fit(m, set, &refusal))
+        refuse(taking, &refusal);
     else if (s != STATUS_OK)
         refuse_for(taking, REASON_SPECTRUM_UNSUITABLE,
                    sets ? "the bands that are set give no colour"

@@ -103,6 +103,7 @@ enum {
     X(MEASUREMENT_NOT_WAITING, "measurement_not_waiting") \
     X(MEASUREMENT_CANCELLED, "measurement_cancelled") \
     X(MEASUREMENT_FAILED, "measurement_failed") \
+    X(CHECK_UNFIT, "check_unfit") \
     X(REFERENCE_MISSING, "reference_missing") \
     X(UUID_REUSED, "uuid_reused") \
     X(SURFACE_NEEDED, "surface_needed") \

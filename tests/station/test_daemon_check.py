@@ -377,6 +377,37 @@ class Asking(CheckCase):
             self.take(c, lease)
         self.assertEqual(len(c.call("check.list")["checks"]), 1)
 
+    def unfit(self, c, ask, token, says):
+        """Refused by name, and nothing is stored."""
+        before = c.call("check.list")
+        with self.assertRaises(Refused) as caught:
+            ask()
+        self.assertEqual(caught.exception.reason, "check_unfit")
+        self.assertTrue(caught.exception.retryable)
+        self.assertRegex(caught.exception.message, rf"\b{token}: .*{says}")
+        self.assertEqual(c.call("check.list"), before)
+
+    def test_a_weak_lamp(self):
+        """A mean with a weak flash in it is neither a check nor a reference."""
+        self.daemon_of(STILL + ",fault=measure:2:weak_lamp,fault=measure:8:weak_lamp")
+        c, lease = self.ready()
+        says = "charge the battery .* then check again"
+        self.unfit(c, lambda: self.set(c, lease=lease, replicates=3), "lamp_weak", says)
+        self.set(c, lease=lease, replicates=3)
+        self.unfit(c, lambda: self.take(c, lease, replicates=3), "lamp_weak", says)
+        self.assertTrue(self.take(c, lease, replicates=3)["passed"])
+        self.assertIsNotNone(self.shown(c))
+
+    def test_shots_that_differ(self):
+        """Two by 0.042 about their mean, and one of three by 0.03: skin keeps 0.0165 and 0.0255."""
+        self.daemon_of(self.greys(0.5, 0.5, 0.56, 0.5, 0.5, 0.53, 0.5))
+        c, lease = self.ready()
+        self.set(c, lease=lease, replicates=1)
+        says = "clean the tile .* then check again"
+        self.unfit(c, lambda: self.take(c, lease, replicates=2), "spread", says)
+        self.unfit(c, lambda: self.take(c, lease, replicates=3), "outlier", says)
+        self.assertTrue(self.take(c, lease)["passed"])
+
 
 if __name__ == "__main__":
     main()
