@@ -295,9 +295,10 @@ $(BUILD)/tests/sim/test_mock_%: $(BUILD)/obj/tests/sim/test_mock_%.o $(BUILD)/ob
 	@$(CC) $(ALL_CFLAGS) -Wl,--no-as-needed -lumockdev-preload -Wl,--as-needed $^ -o $@ \
 	    $(shell pkg-config --libs $(MOCKS) $(WIRES)) -lm
 
-# Its pauses take no time.
-$(BUILD)/fuzz_km_ascii: FUZZ_LINK := -Wl,--wrap=call_wait
-$(BUILD)/fuzz_xrite_rci: FUZZ_LINK := -Wl,--wrap=call_wait,--wrap=call_now_ms
+# Their waits take no time.
+on_serial_line := $(BUILD)/fuzz_km_ascii $(BUILD)/fuzz_xrite_rci
+$(on_serial_line): FUZZ_LINK := -Wl,--wrap=call_wait,--wrap=call_now_ms
+$(on_serial_line): $(BUILD)/obj/tests/fuzz/driver_session.o
 
 $(BUILD)/fuzz_%: $(BUILD)/obj/tests/fuzz/fuzz_%.o $(BUILD)/obj/tests/support/table_files.o \
         $(call not_main,$(station_o)) $(json_o) $(db_o) $(drivers_o) $(lib_a)
