@@ -491,13 +491,7 @@ static double cm2600d_truth(const struct sim *s, double nm, bool sci)
 
 /* No USB of its own: a common adapter. */
 const struct sim_kind sim_cm2600d = {
-    .name = "cm2600d",
-    .make = cm2600d_make,
-    .free = cm2600d_free,
-    .take = cm2600d_take,
-    .give = cm2600d_give,
-    .act = cm2600d_act,
-    .truth = cm2600d_truth,
+    SIM_CALLS(cm2600d),
     .vid = 0x0403,
     .pid = 0x6001,
     .product = "FT232R USB UART",

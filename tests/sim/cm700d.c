@@ -875,13 +875,7 @@ static double cm700d_truth(const struct sim *s, double nm, bool sci)
 
 /* The maker's number is known, the product's is not: 2107 stands in for it. */
 const struct sim_kind sim_cm700d = {
-    .name = "cm700d",
-    .make = cm700d_make,
-    .free = cm700d_free,
-    .take = cm700d_take,
-    .give = cm700d_give,
-    .act = cm700d_act,
-    .truth = cm700d_truth,
+    SIM_CALLS(cm700d),
     .vid = 0x132b,
     .pid = 0x2107,
     .product = "KONICA MINOLTA CM-700d",

@@ -49,6 +49,11 @@ struct sim_kind {
     const char *product;
 };
 
+/* The members up to truth, of a kind whose functions are named NAME_make() ... NAME_truth(). */
+#define SIM_CALLS(kind) \
+    .name = #kind, .make = kind##_make, .free = kind##_free, .take = kind##_take, \
+    .give = kind##_give, .act = kind##_act, .truth = kind##_truth
+
 extern const struct sim_kind sim_cm700d, sim_cm2600d, sim_sp62, sim_usb2000, sim_usb4000,
     sim_hr2000, sim_hr4000;
 

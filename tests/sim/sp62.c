@@ -500,13 +500,7 @@ static double sp62_truth(const struct sim *s, double nm, bool sci)
 
 /* No USB of its own: a common adapter. */
 const struct sim_kind sim_sp62 = {
-    .name = "sp62",
-    .make = sp62_make,
-    .free = sp62_free,
-    .take = sp62_take,
-    .give = sp62_give,
-    .act = sp62_act,
-    .truth = sp62_truth,
+    SIM_CALLS(sp62),
     .vid = 0x067b,
     .pid = 0x2303,
     .product = "USB-Serial Controller",
