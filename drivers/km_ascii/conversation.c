@@ -330,11 +330,16 @@ static enum driver_result into_step(struct instrument *in, struct driver_error *
     return round > 0 ? km_settle(in, error) : DRIVER_OK; /* each round's IDR has its answer */
 }
 
-static enum driver_result begun(struct instrument *in, struct driver_error *error)
+static enum driver_result begun(struct instrument *in, const char *call, struct driver_error *error)
 {
     in->call_ends_ms = INT64_MAX;
-    if (in->out_of_step)
-        return into_step(in, error);
+    if (in->out_of_step) {
+        link_tell(in->link, LINK_WAY_BACK);
+        enum driver_result back = into_step(in, error);
+        if (back == DRIVER_OK)
+            link_tell(in->link, call);
+        return back;
+    }
     if (!in->poll_unanswered)
         return DRIVER_OK;
     enum driver_result r = km_settle(in, error);
@@ -345,7 +350,7 @@ static enum driver_result begun(struct instrument *in, struct driver_error *erro
 enum driver_result km_begin(struct instrument *in, const char *call, struct driver_error *error)
 {
     link_begin(in->link, call);
-    return begun(in, error);
+    return begun(in, call, error);
 }
 
 enum driver_result km_begin_waiting(struct instrument *in, const char *call,
@@ -353,7 +358,7 @@ enum driver_result km_begin_waiting(struct instrument *in, const char *call,
 {
     link_begin_waiting(in->link, call);
     enum driver_result r = link_pause(in->link, 0, error);
-    return r == DRIVER_OK ? begun(in, error) : r;
+    return r == DRIVER_OK ? begun(in, call, error) : r;
 }
 
 enum driver_result km_end(struct instrument *in, enum driver_result r)

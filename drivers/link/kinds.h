@@ -22,17 +22,18 @@ enum driver_result link_open_usb(const struct link_wanted *wanted, struct link *
  *                     call, else the last one before that again, else the first of all
  *   begin("wait...")  the unused ones that brought bytes, before the next other call, one after
  *                     the other: a station cuts its waits as it likes, and one that had no time for
- *                     what it finds leaves it to the next.  After them nothing comes
- *                     until the deadline; what is sent then is answered as it was last in a wait
- *                     before the next other call, or in vain
+ *                     what it finds leaves it to the next.  After them nothing comes until
+ *                     the deadline; what is sent then is answered as it was last in a wait before
+ *                     the next other call, or in vain
  *
  * In a wait `~` is passed over by what is sent, a question that is not asked yet is silence, and
  * `! cancelled` is nothing.  Neither of the last two moves "here".  A driver whose call was cut
- * short begins the next with the way back into step; where a replay's was not, what the capture has
- * before the first bytes that are sent in a segment is passed over, and so is all between
- * `= way back` and the call's name again (LINK_WAY_BACK).  Within a segment what is sent
- * must be what the capture has, and on its channel, else DRIVER_PROTOCOL naming file and line; what
- * came comes at once, `~` is DRIVER_TIMEOUT at once and `!` that result.  A new link begins anew.
+ * short begins the next with the way back into step, between `= way back` and the call's name again
+ * (LINK_WAY_BACK); where a replay's was not, all that is passed over, and so is what came before
+ * the first bytes that are sent in a segment; in a wait these bytes may stand anywhere.  Within a
+ * segment what is sent must be what the capture has, from the first on, and on its channel, else
+ * DRIVER_PROTOCOL naming file and line; what came comes at once, `~` is DRIVER_TIMEOUT at once and
+ * `!` that result.  A new link begins anew.
  */
 enum driver_result link_open_replay(const char *path, const struct link_wanted *wanted,
                                     struct link **ret, struct driver_error *error);

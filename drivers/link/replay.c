@@ -360,8 +360,8 @@ static bool is_sent(const struct capture_line *line, uint8_t channel, const void
 }
 
 /* A call that was cut short leaves the wire out of step, and the next begins with the way back
- * into it.  A replay does not cut the same calls short, and goes no such way: at the beginning of
- * a segment it is passed over. */
+ * into it.  A replay does not cut the same calls short, and goes no such way: where the capture
+ * does not tell it apart, it is passed over at the beginning of a wait. */
 static bool pass_over_way_back(struct replay *replay, uint8_t channel, const void *bytes, size_t n)
 {
     for (size_t i = replay->at; replay->fresh && i < replay->end; i++) {
@@ -416,12 +416,23 @@ static void answer_as_before(struct replay *replay, uint8_t channel, const void 
     }
 }
 
+/* What came before a call's first question was late, or unasked, and a replay need not listen. */
+static void pass_over_what_came(struct replay *replay)
+{
+    const struct capture_line *line;
+    while (replay->fresh && (line = next_line(replay)) != NULL &&
+           (line->kind == CAPTURE_CAME || line->kind == CAPTURE_SILENCE)) {
+        replay->at++;
+        replay->taken = 0;
+    }
+}
+
 /* Where the capture has these bytes in a call that is no wait; false: not there. */
 static bool find_in_call(struct replay *replay, uint8_t channel, const void *bytes, size_t n)
 {
+    pass_over_what_came(replay);
     const struct capture_line *line = next_line(replay);
-    bool found = (line != NULL && is_sent(line, channel, bytes, n)) ||
-                 pass_over_way_back(replay, channel, bytes, n);
+    bool found = line != NULL && is_sent(line, channel, bytes, n);
     replay->at += found;
     return found;
 }

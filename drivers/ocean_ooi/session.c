@@ -253,8 +253,13 @@ static enum driver_result look(struct ooi_session *s, struct driver_error *error
 enum driver_result ooi_begin(struct ooi_session *s, const char *call, struct driver_error *error)
 {
     link_begin(s->link, call);
-    if (s->out_of_step)
-        return resync(s, error);
+    if (s->out_of_step) {
+        link_tell(s->link, LINK_WAY_BACK);
+        enum driver_result r = resync(s, error);
+        if (r == DRIVER_OK)
+            link_tell(s->link, call);
+        return r;
+    }
     return s->looks > 0 ? look(s, error) : DRIVER_OK;
 }
 
