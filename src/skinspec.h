@@ -16,6 +16,7 @@ extern "C" {
 #include "optics/chromophores.h" /* melanin, haemoglobin, scattering by wavelength */
 #include "optics/dipole.h"       /* Eqs. 7-9 */
 #include "optics/half_space.h"
+#include "optics/kubelka_munk.h"
 #include "optics/model.h" /* all models behind one interface */
 #include "optics/paper.h" /* the paper's RGB computation */
 #include "optics/slopes.h"

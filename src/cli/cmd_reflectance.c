@@ -12,7 +12,7 @@
 enum { OPTION_MODEL = OPTION_OWN };
 
 static const struct argp_option options[] = {
-    { "model", OPTION_MODEL, "M", 0, "two-layer (the default) or half-space", 0 },
+    { "model", OPTION_MODEL, "M", 0, "two-layer (the default), half-space or kubelka-munk", 0 },
     OPTION_ROWS_SKIN,
     OPTION_ROWS_TISSUE,
     OPTION_ROW_ETA,
@@ -28,13 +28,9 @@ struct arguments {
 
 static const struct model *spectral_model(struct argp_state *state, const char *name)
 {
-    const struct model *model = model_find(name);
-    if (model == NULL)
-        argp_error(state, "--model: there is no model '%s'; expected two-layer or half-space",
-                   name);
-    else if (model->reflectance == NULL)
-        argp_error(state, "--model: '%s' has no spectra, only R, G, B; use two-layer or half-space",
-                   name);
+    const struct model *model = option_model(state, name);
+    if (model->reflectance == NULL)
+        argp_error(state, "--model: '%s' has no spectra, only R, G, B; use two-layer", name);
     return model;
 }
 

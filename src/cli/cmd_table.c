@@ -27,7 +27,7 @@
 enum { OPTION_MODEL = OPTION_OWN, OPTION_OUT, OPTION_RTREE, OPTION_RGB_AS };
 
 static const struct argp_option build_options[] = {
-    { "model", OPTION_MODEL, "M", 0, "two-layer, half-space or paper", 0 },
+    { "model", OPTION_MODEL, "M", 0, "two-layer, half-space, kubelka-munk or paper", 0 },
     { "out", OPTION_OUT, "FILE", 0, "The file to make; table-NAME.db is then found as NAME", 0 },
     { "cm", OPTION_CM, "LO:HI:N", 0, "Melanin axis (log:0.001:0.5:50), within 0..0.5", 0 },
     { "bm", OPTION_BM, "LO:HI:N", 0, "Blend axis (0:1:21), within 0..1", 0 },
@@ -75,14 +75,7 @@ static void set_axis(struct argp_state *state, const char *option, const char *t
 
 static void set_model(struct argp_state *state, struct build_arguments *a, const char *name)
 {
-    const struct model *model = model_find(name);
-    if (model == NULL) {
-        argp_error(state,
-                   "--model: there is no model '%s'; expected two-layer, half-space or paper",
-                   name);
-        return;
-    }
-    struct recipe base = recipe_default(model);
+    struct recipe base = recipe_default(option_model(state, name));
     base.grid = a->recipe.grid;
     base.rgb_reading = a->recipe.rgb_reading;
     a->recipe = base;

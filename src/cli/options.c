@@ -48,6 +48,18 @@ enum observer option_observer(struct argp_state *state, const char *text)
     return observer;
 }
 
+const struct model *option_model(struct argp_state *state, const char *text)
+{
+    const struct model *model = model_find(text);
+    char names[256] = "";
+    for (size_t i = 0, at = 0; i < MODEL_COUNT && at < sizeof names; i++)
+        at += (size_t)snprintf(names + at, sizeof names - at, "%s%s", i > 0 ? ", " : "",
+                               model_list[i].name);
+    if (model == NULL)
+        argp_error(state, "--model: there is no model '%s'; expected one of %s", text, names);
+    return model;
+}
+
 bool option_format(int key, enum out_format *format)
 {
     if (key != OPTION_JSON && key != OPTION_NDJSON)

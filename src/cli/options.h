@@ -9,6 +9,7 @@
 #include "base/spectrum.h"
 #include "cli/out.h"
 #include "colour/cie_tables.h"
+#include "optics/model.h"
 #include "optics/tissue.h"
 
 /* Keys of long options without a letter; a command's own begin at OPTION_OWN. */
@@ -45,6 +46,7 @@ size_t option_count(struct argp_state *state, const char *option, const char *te
                     size_t high);
 enum illuminant option_illuminant(struct argp_state *state, const char *text);
 enum observer option_observer(struct argp_state *state, const char *text);
+const struct model *option_model(struct argp_state *state, const char *text);
 
 /* --json and --ndjson; false where the key is neither. */
 bool option_format(int key, enum out_format *format);

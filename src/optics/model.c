@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "optics/half_space.h"
+#include "optics/kubelka_munk.h"
 #include "optics/paper.h"
 #include "optics/two_layer.h"
 
@@ -19,6 +20,14 @@ const struct model model_list[MODEL_COUNT] = {
         .summary = "Eq. 9 per wavelength, both layers' absorption summed",
         .trust = "rms 0.08 in R against transport; haemoglobin and melanin trade places",
         .reflectance = half_space_reflectance,
+    },
+    {
+        .name = "kubelka-munk",
+        .summary = "epidermis over dermis, two fluxes of diffuse light, with slopes",
+        .trust = "rms 0.027 in R against transport, worst 0.059; mostly too bright",
+        .has_thickness = true,
+        .reflectance = kubelka_munk_reflectance,
+        .slopes = kubelka_munk_slopes,
     },
     {
         .name = "two-layer",

@@ -210,7 +210,7 @@ class Reflectance(Case):
                 self.refused(2, command, *options, f"--bands={bands}", says=("--bands", bands))
             self.refused(2, command, *options, "7", says="'7'")
         self.refused(
-            2, "reflectance", "--model", "magic", says=("'magic'", "two-layer or half-space")
+            2, "reflectance", "--model", "magic", says=("'magic'", "half-space, kubelka-munk, two-layer")
         )
 
 

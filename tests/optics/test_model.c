@@ -29,6 +29,7 @@ static const struct model_case {
 } model_cases[] = {
     { "paper", false, false },
     { "half-space", true, false },
+    { "kubelka-munk", true, true },
     { "two-layer", true, true },
 };
 
