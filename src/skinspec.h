@@ -9,6 +9,7 @@
 extern "C" {
 #endif
 
+#include "base/progress.h" /* how long work tells where it is */
 #include "base/spectrum.h" /* a spectrum: bands, values, SCE or SCI */
 #include "base/status.h"   /* what functions return */
 #include "base/version.h"
@@ -18,6 +19,7 @@ extern "C" {
 #include "optics/half_space.h"
 #include "optics/kubelka_munk.h"
 #include "optics/model.h" /* all models behind one interface */
+#include "optics/monte_carlo.h"
 #include "optics/paper.h" /* the paper's RGB computation */
 #include "optics/slopes.h"
 #include "optics/tissue.h"

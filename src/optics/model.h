@@ -28,7 +28,7 @@ struct model {
     enum status (*slopes)(const struct medium *m, double *R, const struct slopes *dR);
 };
 
-enum { MODEL_COUNT = 4 };
+enum { MODEL_COUNT = 5 };
 extern const struct model model_list[MODEL_COUNT];
 
 /* NULL where there is no model of that name. */

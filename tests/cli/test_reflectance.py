@@ -2,6 +2,7 @@
 """test_reflectance.py - `skinspec coefficients` and `skinspec reflectance` against decimals:
 the equations written out, and a two-layer medium solved by its boundary conditions."""
 
+import csv
 import decimal
 import itertools
 from decimal import Decimal
@@ -181,6 +182,54 @@ class Reflectance(Case):
     def test_paper_has_no_spectra(self):
         options = (*skin_options(0.03, 0.7, 0.01), "--model", "paper")
         self.refused(2, "reflectance", *options, says=("'paper'", "no spectra", "two-layer"))
+
+    def test_monte_carlo(self):
+        """Walks against the table of adding-doubling, and the error they state themselves."""
+        skin = skin_options(0.02, 0.5, 0.04)
+        options = (*skin, "--model", "monte-carlo", "--epidermis-mm", 0.1)
+        (x,) = self.run_ok("reflectance", *options, "--json").json()
+        self.assertEqual((x["photons"], x["seed"]), (10000, 1))
+        self.assertEqual(len(x["standard_error"]), 37)
+        with open("tests/reference/transport_64.csv", encoding="ascii") as f:
+            rows = csv.DictReader(line for line in f if not line.startswith("#"))
+            (row,) = [
+                r
+                for r in rows
+                if [r[k] for k in ("Cm", "Bm", "Ch", "epidermis_mm")] == ["0.02", "0.5", "0.04", "0.1"]
+            ]
+        squares = 0.0
+        for i, (R, error) in enumerate(zip(x["spectrum"]["values"], x["standard_error"])):
+            self.assertTrue(0.0005 < error < 0.005)
+            squares += ((R - float(row[str(380 + 10 * i)])) / error) ** 2
+        self.assertTrue(14.0 < squares < 70.0, squares)  # 37 bands: 0.1 % on either side
+
+        (more,) = self.run_ok("reflectance", *options, "--photons", 40000, "--json").json()
+        ratio = sum(x["standard_error"]) / sum(more["standard_error"])
+        self.assertTrue(1.8 < ratio < 2.2, ratio)
+        (other,) = self.run_ok("reflectance", *options, "--seed", 2, "--json").json()
+        self.assertNotEqual(other["spectrum"], x["spectrum"])
+
+    def test_monte_carlo_csv(self):
+        options = (*skin_options(0.03, 0.7, 0.01), "--bands", "400:420:10", "--photons", 1000)
+        options += ("--model", "monte-carlo")
+        (row,) = self.run_ok("reflectance", *options).rows()
+        (x,) = self.run_ok("reflectance", *options, "--json").json()
+        for i, nm in enumerate(("400", "410", "420")):
+            self.assertClose(float(row[nm]), x["spectrum"]["values"][i], relative=5e-9)
+            error = float(row["standard_error_" + nm])
+            self.assertClose(error, x["standard_error"][i], relative=5e-3)
+
+    def test_walks_are_monte_carlos(self):
+        options = skin_options(0.03, 0.7, 0.01)
+        for given in (("--photons", 1000), ("--seed", 2)):
+            for model in ((), ("--model", "kubelka-munk")):
+                says = (given[0], "monte-carlo only", model[-1] if model else "two-layer")
+                self.refused(2, "reflectance", *given, *options, *model, says=says)
+        options += ("--model", "monte-carlo")
+        for option, text in itertools.product(("--photons", "--seed"), ("-1", "1.5", "x", "1e99", "")):
+            self.refused(2, "reflectance", *options, f"{option}={text}", says=(option, text))
+        for text in ("0", "1"):
+            self.refused(2, "reflectance", *options, "--photons", text, says="2..1099511627776")
 
     def test_usage(self):
         for command in ("reflectance", "coefficients"):

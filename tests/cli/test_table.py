@@ -260,7 +260,7 @@ class Refusals(Case):
 
     def test_options_that_make_no_sense(self):
         self.build(says="--model is missing")
-        self.build("--model", "magic", says=("'magic'", "paper, half-space, kubelka-munk, two-layer"))
+        self.build("--model", "magic", says=("'magic'", "paper, half-space, kubelka-munk, two-layer, monte-carlo"))
         self.build("--model", "paper", "--bands", "400:700:10", says=("'paper'", "no spectra"))
         self.build("--model", "paper", "--illuminant", "A", says="--illuminant")
         self.build("--model", "two-layer", "--rgb-as", "coded", says="'paper' only")

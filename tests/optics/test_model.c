@@ -27,10 +27,8 @@ static const struct model_case {
     const char *name;
     bool spectral, has_thickness;
 } model_cases[] = {
-    { "paper", false, false },
-    { "half-space", true, false },
-    { "kubelka-munk", true, true },
-    { "two-layer", true, true },
+    { "paper", false, false },   { "half-space", true, false }, { "kubelka-munk", true, true },
+    { "two-layer", true, true }, { "monte-carlo", true, true },
 };
 
 static void test_list(void)
@@ -51,7 +49,7 @@ static void test_list(void)
 
 static void test_find_refuses(void)
 {
-    static const char *const unknown[] = { "", "Two-Layer", "two-layer ", "two", "monte-carlo" };
+    static const char *const unknown[] = { "", "Two-Layer", "two-layer ", "two", "monte carlo" };
     for (size_t i = 0; i < sizeof unknown / sizeof *unknown; i++)
         TEST_ASSERT_NULL_MESSAGE(model_find(unknown[i]), unknown[i]);
 }
