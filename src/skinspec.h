@@ -23,6 +23,7 @@ extern "C" {
 #include "optics/paper.h" /* the paper's RGB computation */
 #include "optics/slopes.h"
 #include "optics/tissue.h"
+#include "optics/tissue_slopes.h"
 #include "optics/two_layer.h"
 
 #include "colour/cie_tables.h" /* observers and illuminants */

@@ -21,6 +21,7 @@ const struct model model_list[MODEL_COUNT] = {
         .summary = "Eq. 9 per wavelength, both layers' absorption summed",
         .trust = "rms 0.08 in R against transport; haemoglobin and melanin trade places",
         .reflectance = half_space_reflectance,
+        .slopes = half_space_slopes,
     },
     {
         .name = "kubelka-munk",
@@ -36,6 +37,7 @@ const struct model model_list[MODEL_COUNT] = {
         .trust = "rms 0.006 in R against transport; worst 0.02 from 0.06 mm up, 0.03 at 0.02 mm",
         .has_thickness = true,
         .reflectance = two_layer_reflectance,
+        .slopes = two_layer_slopes,
     },
     {
         .name = "monte-carlo",
@@ -65,4 +67,20 @@ enum status model_reflectance(const struct model *model, const struct tissue *t,
     if (s != STATUS_OK)
         return s;
     return model->reflectance(&m, R);
+}
+
+enum status model_slopes(const struct model *model, const struct tissue *t,
+                         const struct chromophores *c, double *scratch, double *R, double *J)
+{
+    struct medium m;
+    struct slopes dR = slopes_in(scratch + MEDIUM_SCRATCH(c->n), c->n);
+    if (model->slopes == NULL)
+        return STATUS_UNSUPPORTED;
+    enum status s = tissue_medium(t, c, scratch, &m);
+    if (s != STATUS_OK)
+        return s;
+    s = model->slopes(&m, R, &dR);
+    if (s == STATUS_OK)
+        tissue_slopes(t, c, &m, &dR, J);
+    return s;
 }

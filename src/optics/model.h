@@ -13,6 +13,7 @@
 #include "base/status.h"
 #include "optics/slopes.h"
 #include "optics/tissue.h"
+#include "optics/tissue_slopes.h"
 
 struct model {
     const char *name;    /* as on the command line and in table files */
@@ -39,5 +40,14 @@ const struct model *model_find(const char *name);
  * spectra, STATUS_RANGE as the model says; R is then untouched. */
 enum status model_reflectance(const struct model *model, const struct tissue *t,
                               const struct chromophores *c, double *scratch, double *R);
+
+/* Doubles of scratch for model_slopes() on n bands. */
+#define MODEL_SLOPES_SCRATCH(n) (MEDIUM_SCRATCH(n) + SLOPES_SCRATCH(n))
+
+/* The same R to the last bit, and J[TISSUE_PARAMETERS * c->n] as optics/tissue_slopes.h has it.
+ * scratch holds MODEL_SLOPES_SCRATCH(c->n) doubles.  STATUS_UNSUPPORTED for a model without
+ * slopes, STATUS_RANGE as the model says; R and J are then untouched. */
+enum status model_slopes(const struct model *model, const struct tissue *t,
+                         const struct chromophores *c, double *scratch, double *R, double *J);
 
 #endif

@@ -14,10 +14,19 @@
 #define SKINSPEC_OPTICS_TWO_LAYER_H
 
 #include "base/status.h"
+#include "optics/slopes.h"
 #include "optics/tissue.h"
 
 /* R[m->n], 0 .. 1.  STATUS_RANGE with R untouched where a coefficient or eta is
  * outside the limits of optics/dipole.h, or the thickness outside tissue.h's. */
 enum status two_layer_reflectance(const struct medium *m, double *R);
+
+/* The same R, to the last bit, and its derivatives (docs/physics.md).  By either sigma_a and by
+ * the dermis's sigma_s' they have one sign, by the epidermis's sigma_s' and by the thickness
+ * either.  By the epidermis's sigma_a it is always finite, also at 0, as its thickness is;
+ * by the dermis's it is -INFINITY where the dermis absorbs nothing, whatever the epidermis does,
+ * unless that is so thick and dark that nothing comes back from there (then 0).
+ * STATUS_RANGE as above, nothing touched. */
+enum status two_layer_slopes(const struct medium *m, double *R, const struct slopes *dR);
 
 #endif
