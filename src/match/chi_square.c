@@ -1,0 +1,49 @@
+/* chi_square.c - the regularised incomplete gamma function at whole and half parameters. */
+#define _GNU_SOURCE /* lgamma_r: lgamma() writes a variable that threads share */
+#include "match/chi_square.h"
+
+#include <float.h>
+#include <math.h>
+
+/* x^a e^-x / Gamma(a + 1). */
+static double term(double a, double x)
+{
+    int sign;
+    return exp(a * log(x) - x - lgamma_r(a + 1.0, &sign));
+}
+
+/* P(a, x) = x^a e^-x / Gamma(a+1) (1 + x/(a+1) + x^2/((a+1)(a+2)) + ...), [AS] 6.5.29;
+ * for x < a + 1, where each term is smaller than the one before. */
+static double lower(double a, double x)
+{
+    double sum = 1.0, next = 1.0;
+    for (double i = a + 1.0; next > DBL_EPSILON * sum; i += 1.0) {
+        next *= x / i;
+        sum += next;
+    }
+    return term(a, x) * sum;
+}
+
+/* Q(a, x) = Q(a - 1, x) + x^(a-1) e^-x / Gamma(a), [AS] 6.5.21, from the top down to
+ * Q(0, x) = 0 or Q(1/2, x) = erfc(sqrt x): all terms are positive. */
+static double upper(double a, double x)
+{
+    double sum = 0.0, next = 1.0;
+    for (; a >= 1.0 && next > 0.0; a -= 1.0) {
+        if (sum == 0.0)
+            next = term(a - 1.0, x);
+        sum += next;
+        next *= (a - 1.0) / x;
+    }
+    return a == 0.5 ? sum + erfc(sqrt(x)) : sum;
+}
+
+double chi_square_above(double value, size_t degrees)
+{
+    double a = 0.5 * (double)degrees, x = 0.5 * value;
+    if (!(value > 0.0))
+        return 1.0;
+    if (isinf(value) || degrees == 0)
+        return 0.0;
+    return x < a + 1.0 ? 1.0 - lower(a, x) : fmin(upper(a, x), 1.0);
+}
