@@ -1,0 +1,262 @@
+/* least_squares.c - Gauss-Newton in a box. */
+#include "match/least_squares.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MAX = LEAST_SQUARES_MAX, TRIANGLE = MAX * (MAX + 1) / 2 };
+
+static size_t at(size_t i, size_t j)
+{
+    return i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i;
+}
+
+/* ---- small dense algebra ------------------------------------------------------------ */
+
+/* L L^T = A over the n listed rows of a packed A whose diagonal grows by damping times
+ * itself.  A pivot that rounding has eaten is marked by 0: that direction is not seen. */
+static void cholesky(const double *A, const size_t *row, size_t n, double damping, double *L)
+{
+    for (size_t i = 0; i < n; i++) {
+        for (size_t j = 0; j <= i; j++) {
+            double sum = A[at(row[i], row[j])] * (i == j ? 1.0 + damping : 1.0);
+            double whole = sum;
+            for (size_t k = 0; k < j; k++)
+                sum -= L[at(i, k)] * L[at(j, k)];
+            if (i == j)
+                L[at(i, i)] = sum > 1e-14 * whole && sum > 0.0 ? sqrt(sum) : 0.0;
+            else
+                L[at(i, j)] = L[at(j, j)] > 0.0 ? sum / L[at(j, j)] : 0.0;
+        }
+    }
+}
+
+/* b becomes A^-1 b; 0 along directions that are not seen. */
+static void cholesky_solve(const double *L, size_t n, double *b)
+{
+    for (size_t i = 0; i < n; i++) {
+        for (size_t k = 0; k < i; k++)
+            b[i] -= L[at(i, k)] * b[k];
+        b[i] = L[at(i, i)] > 0.0 ? b[i] / L[at(i, i)] : 0.0;
+    }
+    for (size_t i = n; i-- > 0;) {
+        for (size_t k = i + 1; k < n; k++)
+            b[i] -= L[at(k, i)] * b[k];
+        b[i] = L[at(i, i)] > 0.0 ? b[i] / L[at(i, i)] : 0.0;
+    }
+}
+
+void normal_covariance(const struct normal *normal, size_t n, const double *unseen, double *inverse)
+{
+    double L[TRIANGLE];
+    size_t row[MAX] = { 0 };
+    for (size_t i = 0; i < n; i++)
+        row[i] = i;
+    cholesky(normal->curvature, row, n, 0.0, L);
+    for (size_t i = 0; i < n; i++) {
+        double *column = inverse + i * n;
+        memset(column, 0, n * sizeof *column);
+        column[i] = 1.0;
+        cholesky_solve(L, n, column);
+        if (!(L[at(i, i)] > 0.0))
+            column[i] = unseen[i];
+    }
+}
+
+/* ---- the step: a quadratic in a box ---------------------------------------------------- */
+
+/* Minimum of 2 g.p + p^T (H + damping diag H) p over lo - x <= p <= hi - x, by the primal
+ * active-set method: towards the minimum over the free ones, to rest at the first bound met;
+ * when there, the held one that pulls hardest inwards is let go. */
+struct step {
+    const struct least_squares *problem;
+    const struct normal *normal;
+    const double *x;
+    double damping;
+    double p[MAX];
+    bool held[MAX];
+};
+
+static double room_below(const struct step *s, size_t i)
+{
+    return s->problem->lo[i] - s->x[i];
+}
+
+static double room_above(const struct step *s, size_t i)
+{
+    return s->problem->hi[i] - s->x[i];
+}
+
+/* Half the derivative of the quadratic by p[i]. */
+static double slope_at(const struct step *s, size_t i)
+{
+    const double *H = s->normal->curvature;
+    double sum = s->normal->gradient[i] + s->damping * H[at(i, i)] * s->p[i];
+    for (size_t j = 0; j < s->problem->n; j++)
+        sum += H[at(i, j)] * s->p[j];
+    return sum;
+}
+
+/* One walk; true where it went all the way. */
+static bool walk(struct step *s)
+{
+    size_t n = s->problem->n, free = 0, row[MAX], blocking = MAX;
+    double L[TRIANGLE], d[MAX], share = 1.0;
+    for (size_t i = 0; i < n; i++) {
+        if (s->held[i])
+            continue;
+        d[free] = -slope_at(s, i);
+        row[free++] = i;
+    }
+    cholesky(s->normal->curvature, row, free, s->damping, L);
+    cholesky_solve(L, free, d);
+    for (size_t k = 0; k < free; k++) {
+        size_t i = row[k];
+        double room = d[k] < 0.0 ? room_below(s, i) - s->p[i] : room_above(s, i) - s->p[i];
+        if (fabs(d[k]) * share > fabs(room)) {
+            share = fabs(room) / fabs(d[k]);
+            blocking = k;
+        }
+    }
+    for (size_t k = 0; k < free; k++)
+        s->p[row[k]] += share * d[k];
+    if (blocking == MAX)
+        return true;
+    size_t i = row[blocking];
+    s->held[i] = true;
+    s->p[i] = d[blocking] < 0.0 ? room_below(s, i) : room_above(s, i);
+    return false;
+}
+
+/* Let go of the held one that would lower chi^2 most; false where none would. */
+static bool let_go(struct step *s)
+{
+    size_t best = MAX;
+    double gain = 0.0;
+    for (size_t i = 0; i < s->problem->n; i++) {
+        if (!s->held[i] || s->problem->lo[i] == s->problem->hi[i])
+            continue;
+        double slope = slope_at(s, i), H = s->normal->curvature[at(i, i)];
+        bool inwards = s->p[i] <= room_below(s, i) ? slope < 0.0 : slope > 0.0;
+        if (inwards && H > 0.0 && slope * slope / H > gain) {
+            gain = slope * slope / H;
+            best = i;
+        }
+    }
+    if (best == MAX)
+        return false;
+    s->held[best] = false;
+    return true;
+}
+
+/* By how much chi^2 would fall if it were the quadratic. */
+static double find_step(struct step *s)
+{
+    size_t n = s->problem->n;
+    double gain = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        double g = s->normal->gradient[i];
+        s->p[i] = 0.0;
+        s->held[i] = (g >= 0.0 && room_below(s, i) >= 0.0) || (g <= 0.0 && room_above(s, i) <= 0.0);
+    }
+    /* Ends by itself; the limit is for rounding. */
+    for (size_t turn = 0; turn < 4 * n + 4; turn++)
+        if (walk(s) && !let_go(s))
+            break;
+    for (size_t i = 0; i < n; i++)
+        gain -= s->p[i] * (s->normal->gradient[i] + slope_at(s, i));
+    return gain;
+}
+
+/* ---- the run ----------------------------------------------------------------------- */
+
+static bool is_finite(const struct normal *normal, size_t n)
+{
+    double sum = normal->chi_square;
+    for (size_t i = 0; i < n; i++)
+        sum += normal->gradient[i] + normal->curvature[at(i, i)];
+    return isfinite(sum);
+}
+
+static void copy_normal(const struct normal *from, size_t n, struct normal *to)
+{
+    to->chi_square = from->chi_square;
+    memcpy(to->gradient, from->gradient, n * sizeof *to->gradient);
+    memcpy(to->curvature, from->curvature, n * (n + 1) / 2 * sizeof *to->curvature);
+}
+
+static double clamp(double x, double lo, double hi)
+{
+    return x > lo ? (x < hi ? x : hi) : lo;
+}
+
+/* Beside this share of itself, changes of chi^2 are rounding. */
+#define ROUNDING 1e-13
+/* Damping begins where a step fails, and is forgotten below. */
+#define DAMPING_FIRST 1e-2
+#define DAMPING_MOST 1e16
+enum { LOOKS = 4 };
+
+/* After a step that gained so large a share of what the quadratic promised: steps that go
+ * to and fro across a bent valley gain little, though they all go down. */
+static void damp(struct step *step, double share)
+{
+    if (share < 0.25)
+        step->damping = fmax(4.0 * step->damping, DAMPING_FIRST);
+    else if (share > 0.75)
+        step->damping = step->damping > DAMPING_FIRST ? 0.1 * step->damping : 0.0;
+}
+
+/* One step tried from `here`; true where chi^2 fell, then x is the new point. */
+static bool try_step(const struct least_squares *problem, struct step *step, double *x,
+                     struct normal *trial)
+{
+    size_t n = problem->n;
+    double tried[MAX];
+    for (size_t i = 0; i < n; i++)
+        tried[i] = clamp(x[i] + step->p[i], problem->lo[i], problem->hi[i]);
+    problem->evaluate(problem->context, tried, trial);
+    if (!is_finite(trial, n) || !(trial->chi_square < step->normal->chi_square))
+        return false;
+    memcpy(x, tried, n * sizeof *x);
+    return true;
+}
+
+enum status least_squares_run(const struct least_squares *problem, double *x, struct normal *ret,
+                              struct least_squares_run *run)
+{
+    size_t n = problem->n;
+    struct normal second, *trial = &second;
+    struct step step = { .problem = problem, .normal = ret, .x = x };
+    bool failed = false;
+    int looks = 0;
+    *run = (struct least_squares_run){ .evaluations = 1 };
+    for (size_t i = 0; i < n; i++)
+        x[i] = clamp(x[i], problem->lo[i], problem->hi[i]);
+    problem->evaluate(problem->context, x, ret);
+    if (!is_finite(ret, n))
+        return STATUS_RANGE;
+    for (; run->iterations < problem->steps && !run->converged; run->iterations++) {
+        double chi_square = step.normal->chi_square, gain = find_step(&step);
+        if (!(gain > problem->tolerance + ROUNDING * chi_square)) {
+            /* A damped step may be small because it is damped: look without, some times. */
+            run->converged = step.damping == 0.0 || failed || looks++ >= LOOKS;
+            step.damping = 0.0;
+            continue;
+        }
+        run->evaluations++;
+        failed = !try_step(problem, &step, x, trial);
+        if (failed) {
+            step.damping = fmax(10.0 * step.damping, DAMPING_FIRST);
+            run->converged = step.damping > DAMPING_MOST;
+        } else {
+            const struct normal *left = step.normal;
+            step.normal = trial;
+            trial = left == ret ? ret : &second;
+            damp(&step, (chi_square - step.normal->chi_square) / gain);
+        }
+    }
+    if (step.normal != ret)
+        copy_normal(step.normal, n, ret);
+    return STATUS_OK;
+}
