@@ -32,10 +32,14 @@ extern "C" {
 #include "colour/srgb.h"
 #include "colour/xyz.h"
 
+#include "match/chi_square.h"
+#include "match/fit.h"  /* what of a skin is free in a fit */
 #include "match/grid.h" /* which skins a table holds */
 #include "match/match.h"
 #include "match/nearest.h"
+#include "match/noise.h"
 #include "match/recipe.h"
+#include "match/refine.h" /* a spectrum -> the continuous skin, and how sure */
 #include "match/table.h"
 
 #ifdef __cplusplus

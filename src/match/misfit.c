@@ -1,0 +1,178 @@
+/* misfit.c - model, whitening and priors put together into normal equations. */
+#include "match/misfit.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Rows of J are taken by the numbers of the fit's parameters. */
+_Static_assert(SKIN_CM == (int)TISSUE_CM && SKIN_BM == (int)TISSUE_BM &&
+                   SKIN_CH == (int)TISSUE_CH && SKIN_SO2 == (int)TISSUE_GAMMA &&
+                   SKIN_EPIDERMIS_MM == (int)TISSUE_EPIDERMIS_MM &&
+                   SKIN_SCATTERING_A == (int)TISSUE_SCATTERING_A &&
+                   SKIN_SCATTERING_B == (int)TISSUE_SCATTERING_B &&
+                   SKIN_PARAMETERS == (int)TISSUE_PARAMETERS,
+               "one order of the parameters of a skin");
+
+enum status misfit_layout(struct misfit *m)
+{
+    m->n = 0;
+    m->tie.sd = INFINITY;
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
+        const struct skin_role *role = &m->fit->role[i];
+        m->first[i] = m->n;
+        m->places[i] = !role->free ? 0 : role->per_replicate ? m->groups : 1;
+        if (m->n + m->places[i] > LEAST_SQUARES_MAX)
+            return STATUS_UNSUPPORTED;
+        for (size_t k = 0; k < m->places[i]; k++) {
+            m->lo[m->n + k] = role->lo;
+            m->hi[m->n + k] = role->hi;
+        }
+        m->n += m->places[i];
+    }
+    return STATUS_OK;
+}
+
+/* Where parameter i of group g stands. */
+static size_t place(const struct misfit *m, size_t i, size_t g)
+{
+    return m->first[i] + (m->places[i] > 1 ? g : 0);
+}
+
+void misfit_values(const struct misfit *m, const double *x, size_t g, double value[SKIN_PARAMETERS])
+{
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+        value[i] = m->places[i] > 0 ? x[place(m, i, g)] : m->fit->role[i].value;
+}
+
+double misfit_mean(const struct misfit *m, const double *x, enum skin_parameter i)
+{
+    double sum = 0.0;
+    if (m->places[i] == 0)
+        return m->fit->role[i].value;
+    if (m->places[i] == 1)
+        return x[m->first[i]];
+    for (size_t k = 0; k < m->places[i]; k++)
+        sum += x[m->first[i] + k];
+    /* Rounding must not carry the mean past a bound. */
+    return fmin(fmax(sum / (double)m->places[i], m->fit->role[i].lo), m->fit->role[i].hi);
+}
+
+void misfit_vector(const struct misfit *m, const double value[SKIN_PARAMETERS], double *x)
+{
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+        for (size_t k = 0; k < m->places[i]; k++)
+            x[m->first[i] + k] = value[i];
+}
+
+/* ---- sums over bands --------------------------------------------------------------------- */
+
+/* In four parts, which the processor adds side by side. */
+static double dot(const double *x, const double *y, size_t n)
+{
+    double part[4] = { 0 };
+    size_t i = 0;
+    for (; i + 4 <= n; i += 4)
+        for (size_t j = 0; j < 4; j++)
+            part[j] += x[i + j] * y[i + j];
+    for (; i < n; i++)
+        part[0] += x[i] * y[i];
+    return (part[0] + part[1]) + (part[2] + part[3]);
+}
+
+static size_t packed(size_t i, size_t j)
+{
+    return i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i;
+}
+
+static void mask(const struct misfit *m, double *v)
+{
+    if (m->whole)
+        return;
+    for (size_t i = 0; i < m->chromophores->n; i++)
+        if (m->weight[i] == 0.0)
+            v[i] = 0.0; /* not a product: v may be NaN there */
+}
+
+/* ---- chi^2 ------------------------------------------------------------------------------- */
+
+/* Group g into the sums; residual and derivatives are whitened where they lie. */
+static void add_group(const struct misfit *m, size_t g, struct normal *ret)
+{
+    size_t n = m->chromophores->n, at[SKIN_PARAMETERS], free = 0;
+    double *r = m->scratch->R, *row[SKIN_PARAMETERS], weight = 1.0 / m->whitener.white2;
+    for (size_t i = 0; i < n; i++)
+        r[i] -= m->measured[g][i];
+    mask(m, r);
+    whitener_apply(&m->whitener, r);
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
+        if (m->places[i] == 0)
+            continue;
+        at[free] = place(m, i, g);
+        row[free] = m->scratch->J + i * n;
+        mask(m, row[free]);
+        whitener_apply(&m->whitener, row[free++]);
+    }
+    ret->chi_square += weight * dot(r, r, n);
+    for (size_t a = 0; a < free; a++) {
+        ret->gradient[at[a]] += weight * dot(row[a], r, n);
+        for (size_t b = 0; b <= a; b++)
+            ret->curvature[packed(at[a], at[b])] += weight * dot(row[a], row[b], n);
+    }
+}
+
+/* ((mean of the places - wanted)/sd)^2. */
+static void add_prior(const struct misfit *m, const double *x, enum skin_parameter i, double wanted,
+                      double sd, struct normal *ret)
+{
+    double share = 1.0 / (double)m->places[i], off = (misfit_mean(m, x, i) - wanted) / sd;
+    ret->chi_square += off * off;
+    for (size_t k = 0; k < m->places[i]; k++) {
+        ret->gradient[m->first[i] + k] += off * share / sd;
+        for (size_t l = 0; l <= k; l++)
+            ret->curvature[packed(m->first[i] + k, m->first[i] + l)] += share / sd * share / sd;
+    }
+}
+
+void misfit_evaluate(void *misfit, const double *x, struct normal *ret)
+{
+    const struct misfit *m = misfit;
+    struct misfit_scratch *s = m->scratch;
+    ret->chi_square = m->scatter;
+    memset(ret->gradient, 0, m->n * sizeof *ret->gradient);
+    memset(ret->curvature, 0, m->n * (m->n + 1) / 2 * sizeof *ret->curvature);
+    for (size_t g = 0; g < m->groups; g++) {
+        double value[SKIN_PARAMETERS];
+        misfit_values(m, x, g, value);
+        struct tissue t = fit_tissue(m->fit, value);
+        if (model_slopes(m->fit->model, &t, m->chromophores, s->model, s->R, s->J) != STATUS_OK) {
+            ret->chi_square = INFINITY; /* worse than any skin that the model takes */
+            return;
+        }
+        add_group(m, g, ret);
+    }
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+        if (m->places[i] > 0 && isfinite(m->fit->role[i].prior_sd))
+            add_prior(m, x, (enum skin_parameter)i, m->fit->role[i].prior_mean,
+                      m->fit->role[i].prior_sd, ret);
+    if (isfinite(m->tie.sd))
+        add_prior(m, x, m->tie.parameter, m->tie.mean, m->tie.sd, ret);
+}
+
+struct least_squares misfit_problem(struct misfit *m, double tolerance, size_t steps)
+{
+    return (struct least_squares){ .n = m->n,
+                                   .lo = m->lo,
+                                   .hi = m->hi,
+                                   .evaluate = misfit_evaluate,
+                                   .context = m,
+                                   .tolerance = tolerance,
+                                   .steps = steps };
+}
+
+enum status misfit_reflectance(const struct misfit *m, const double *x, size_t g, double *R)
+{
+    double value[SKIN_PARAMETERS];
+    misfit_values(m, x, g, value);
+    struct tissue t = fit_tissue(m->fit, value);
+    return model_reflectance(m->fit->model, &t, m->chromophores, m->scratch->model, R);
+}

@@ -1,0 +1,64 @@
+/* misfit.h - chi^2 of a skin against the replicates of one site, as match/least_squares.h
+ * asks for it.
+ *
+ * The free parameters of a fit lie one after the other in a vector; one that each replicate
+ * has for itself takes as many places as there are replicates. */
+#ifndef SKINSPEC_MATCH_MISFIT_H
+#define SKINSPEC_MATCH_MISFIT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "match/fit.h"
+#include "match/least_squares.h"
+#include "match/noise.h"
+#include "optics/chromophores.h"
+
+struct misfit_scratch {
+    double model[MODEL_SLOPES_SCRATCH(SPECTRUM_MAX_BANDS)];
+    double R[SPECTRUM_MAX_BANDS];
+    double J[SKIN_PARAMETERS * SPECTRUM_MAX_BANDS];
+};
+
+struct misfit {
+    const struct fit *fit;
+    const struct chromophores *chromophores;
+    size_t groups; /* spectra compared: one, the mean, or each replicate with its own parameters */
+    const double *measured[LEAST_SQUARES_MAX]; /* [groups][bands] */
+    const double *weight;                      /* [bands] 1, or 0: not measured */
+    bool whole;                                /* every weight is 1 */
+    struct whitener whitener;
+    double scatter; /* chi^2 of the replicates about their mean, where that is compared */
+    size_t n;       /* parameters in the vector */
+    size_t first[SKIN_PARAMETERS], places[SKIN_PARAMETERS]; /* of each in the vector */
+    double lo[LEAST_SQUARES_MAX], hi[LEAST_SQUARES_MAX];
+    /* For intervals: the mean of one parameter's places drawn to a value, as by a prior. */
+    struct {
+        enum skin_parameter parameter;
+        double mean, sd; /* sd INFINITY: not drawn */
+    } tie;
+    struct misfit_scratch *scratch;
+};
+
+/* Where each parameter stands in the vector, its bounds, and no tie; fit and groups are set.
+ * STATUS_UNSUPPORTED where there is no room for as many. */
+enum status misfit_layout(struct misfit *m);
+
+/* The seven values that group g has at x, and the mean of all groups. */
+void misfit_values(const struct misfit *m, const double *x, size_t g,
+                   double value[SKIN_PARAMETERS]);
+double misfit_mean(const struct misfit *m, const double *x, enum skin_parameter i);
+
+/* The vector for a skin: each place of a parameter has its value. */
+void misfit_vector(const struct misfit *m, const double value[SKIN_PARAMETERS], double *x);
+
+/* struct least_squares.evaluate; context is the misfit. */
+void misfit_evaluate(void *misfit, const double *x, struct normal *ret);
+
+/* The problem of finding its minimum. */
+struct least_squares misfit_problem(struct misfit *m, double tolerance, size_t steps);
+
+/* Reflectance that group g is fitted by, R[chromophores->n].  Its statuses are the model's. */
+enum status misfit_reflectance(const struct misfit *m, const double *x, size_t g, double *R);
+
+#endif

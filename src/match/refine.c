@@ -1,0 +1,467 @@
+/* refine.c - one site: data checked, started, fitted, and what is to be said about it. */
+#include "match/refine.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "colour/delta_e.h"
+#include "colour/lab.h"
+#include "colour/xyz.h"
+#include "match/chi_square.h"
+#include "match/intervals.h"
+#include "match/misfit.h"
+#include "match/start.h"
+
+/* The fit ends where a step would lower chi^2 by less: 3e-5 standard errors. */
+#define TOLERANCE 1e-9
+enum { STEPS = 60 };
+/* Another minimum is told where its chi^2 is above the best by less than this (the 99.9 %
+ * point for one degree of freedom) and some parameter is off by more than so many standard
+ * errors. */
+#define SECOND_RISE 10.83
+#define SECOND_DISTANCE 3.0
+/* Chance is blamed for a chi^2 between these. */
+#define P_TOO_LARGE 0.001
+#define P_TOO_SMALL 0.999
+/* A better minimum met on the way makes all begin again, so often. */
+enum { AGAIN = 4 };
+
+struct refiner {
+    struct fit fit;
+    double first_nm, step_nm;
+    size_t bands;
+    double nm[SPECTRUM_MAX_BANDS];
+    struct chromophores chromophores;
+    struct start_curve start;
+    bool has_weights;
+    struct xyz_weights weights;
+};
+
+static enum status refuse(enum status s, const char *sentence, const char **why)
+{
+    if (why != NULL)
+        *why = sentence;
+    return s;
+}
+
+/* ---- a refiner --------------------------------------------------------------------- */
+
+static size_t free_parameters(const struct fit *fit, bool own)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+        n += fit->role[i].free && fit->role[i].per_replicate == own ? 1u : 0u;
+    return n;
+}
+
+static const char few_bands[] = "fewer bands were measured than the fit has free parameters; hold "
+                                "some of them, or measure more bands";
+
+enum status refiner_open(const struct fit *fit, double first_nm, double step_nm, size_t bands,
+                         struct refiner **ret, const char **why)
+{
+    enum status s = fit_check(fit, why);
+    if (s != STATUS_OK)
+        return s;
+    if (bands < free_parameters(fit, false) + free_parameters(fit, true))
+        return refuse(STATUS_RANGE, few_bands, why);
+    struct refiner *r = malloc(sizeof *r);
+    if (r == NULL)
+        return refuse(STATUS_NO_MEMORY, "there is no memory left", why);
+    r->fit = *fit;
+    r->first_nm = first_nm;
+    r->step_nm = step_nm;
+    r->bands = bands;
+    s = chromophores_init(first_nm, step_nm, bands, &r->chromophores);
+    if (s != STATUS_OK) {
+        refiner_close(r);
+        return refuse(s, "the bands must lie between 250 and 1000 nm, at most 1024 of them", why);
+    }
+    for (size_t i = 0; i < bands; i++)
+        r->nm[i] = first_nm + (double)i * step_nm;
+    start_curve_init(fit->eta, &r->start);
+    r->has_weights = xyz_weights_init(fit->illuminant, fit->observer, first_nm, step_nm, bands,
+                                      &r->weights) == STATUS_OK;
+    *ret = r;
+    return STATUS_OK;
+}
+
+void refiner_close(struct refiner *refiner)
+{
+    free(refiner);
+}
+
+/* ---- the data -------------------------------------------------------------------------- */
+
+/* One site laid out for the fit. */
+struct site {
+    struct misfit misfit;
+    size_t replicates, measured; /* bands that all replicates have */
+    double weight[SPECTRUM_MAX_BANDS], mean[SPECTRUM_MAX_BANDS];
+    double directions[WHITENER_SCRATCH(SPECTRUM_MAX_BANDS)];
+    struct misfit_scratch scratch;
+};
+
+static const char *spectrum_fault(const struct refiner *r, const struct spectrum *s)
+{
+    if (s->n != r->bands || s->first_nm != r->first_nm || s->step_nm != r->step_nm)
+        return "the spectra must have the bands that the fit was made for";
+    for (size_t i = 0; i < s->n; i++)
+        if (!(isnan(s->value[i]) || fabs(s->value[i]) <= REFINE_R_MAX))
+            return "a reflectance is far outside 0..1; give fractions, not percent";
+    return NULL;
+}
+
+static enum status check_spectra(const struct refiner *r, const struct spectrum *spectra,
+                                 size_t replicates, const char **why)
+{
+    if (replicates == 0)
+        return refuse(STATUS_RANGE, "there is no spectrum to fit", why);
+    for (size_t k = 0; k < replicates; k++) {
+        const char *wrong = spectrum_fault(r, &spectra[k]);
+        if (spectra[k].specular != SPECULAR_SCE)
+            return refuse(STATUS_UNSUPPORTED,
+                          "the fit needs spectra without the mirror reflection (SCE); take a "
+                          "stated surface off SCI ones",
+                          why);
+        if (wrong != NULL)
+            return refuse(STATUS_RANGE, wrong, why);
+    }
+    return STATUS_OK;
+}
+
+static enum status check_starts(const double (*starts)[SKIN_PARAMETERS], size_t n, const char **why)
+{
+    for (size_t k = 0; k < n; k++)
+        for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+            if (!isfinite(starts[k][i]))
+                return refuse(STATUS_RANGE, "a start holds a value that is not a number", why);
+    return STATUS_OK;
+}
+
+static void take_mean(const struct spectrum *spectra, size_t replicates, struct site *site)
+{
+    size_t n = spectra[0].n;
+    site->measured = 0;
+    for (size_t i = 0; i < n; i++) {
+        double sum = 0.0;
+        for (size_t k = 0; k < replicates; k++)
+            sum += spectra[k].value[i];
+        bool all = !isnan(sum);
+        site->mean[i] = all ? sum / (double)replicates : NAN;
+        site->weight[i] = all ? 1.0 : 0.0;
+        site->measured += all ? 1u : 0u;
+    }
+}
+
+/* Chi^2 of the replicates about their mean. */
+static double scatter(const struct refiner *r, const struct noise *noise,
+                      const struct spectrum *spectra, struct site *site)
+{
+    double sum = 0.0, *off = site->scratch.R;
+    struct whitener one;
+    whitener_init(noise, 1, r->nm, site->weight, r->bands, site->directions, &one);
+    for (size_t k = 0; k < site->replicates; k++) {
+        for (size_t i = 0; i < r->bands; i++)
+            off[i] = site->weight[i] == 0.0 ? 0.0 : spectra[k].value[i] - site->mean[i];
+        whitener_apply(&one, off);
+        for (size_t i = 0; i < r->bands; i++)
+            sum += off[i] * off[i] / one.white2;
+    }
+    return sum;
+}
+
+static enum status site_init(const struct refiner *r, const struct noise *noise,
+                             const struct spectrum *spectra, size_t replicates, struct site *site,
+                             const char **why)
+{
+    struct misfit *m = &site->misfit;
+    size_t own = free_parameters(&r->fit, true);
+    bool grouped = own > 0 && replicates > 1;
+    take_mean(spectra, replicates, site);
+    site->replicates = replicates;
+    if (site->measured < own + free_parameters(&r->fit, false))
+        return refuse(STATUS_RANGE, few_bands, why);
+    m->fit = &r->fit;
+    m->chromophores = &r->chromophores;
+    m->scratch = &site->scratch;
+    m->weight = site->weight;
+    m->whole = site->measured == r->bands;
+    m->groups = grouped ? replicates : 1;
+    m->scatter = grouped || replicates == 1 ? 0.0 : scatter(r, noise, spectra, site);
+    if (m->groups > LEAST_SQUARES_MAX || misfit_layout(m) != STATUS_OK)
+        return refuse(STATUS_UNSUPPORTED, "there are too many replicates to give each its own",
+                      why);
+    for (size_t g = 0; g < m->groups; g++)
+        m->measured[g] = grouped ? spectra[g].value : site->mean;
+    whitener_init(noise, grouped ? 1 : replicates, r->nm, site->weight, r->bands, site->directions,
+                  &m->whitener);
+    return STATUS_OK;
+}
+
+/* ---- the fit --------------------------------------------------------------------------- */
+
+/* Values of a fit where nothing is known, but for the three that the half space gives. */
+static void guess(const struct refiner *r, const struct site *site, double *x)
+{
+    double value[SKIN_PARAMETERS], R[SPECTRUM_MAX_BANDS];
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+        value[i] = r->fit.role[i].value;
+    struct tissue t = fit_tissue(&r->fit, value);
+    for (size_t i = 0; i < r->bands; i++)
+        R[i] = site->weight[i] == 0.0 ? 0.0 : site->mean[i];
+    start_guess(&r->start, &r->chromophores, R, site->weight, &t);
+    value[SKIN_CM] = t.Cm;
+    value[SKIN_BM] = t.Bm;
+    value[SKIN_CH] = t.Ch;
+    misfit_vector(&site->misfit, value, x);
+}
+
+static enum status descend(struct misfit *m, struct minimum *at, struct least_squares_run *run)
+{
+    struct least_squares problem = misfit_problem(m, TOLERANCE, STEPS);
+    return least_squares_run(&problem, at->x, &at->normal, run);
+}
+
+/* Whether two minima are different skins, in standard errors of the first. */
+static bool distinct(const struct misfit *m, const struct minimum *at, const double *x)
+{
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
+        enum skin_parameter p = (enum skin_parameter)i;
+        if (m->places[i] > 0 && fabs(misfit_mean(m, x, p) - misfit_mean(m, at->x, p)) >
+                                    SECOND_DISTANCE * minimum_se(m, at, p))
+            return true;
+    }
+    return false;
+}
+
+/* Skins to begin from besides the first: other rows of the table, then corners of what is
+ * free: light and dark, either melanin, little and much blood. */
+static bool other_start(const struct refiner *r, const struct site *site,
+                        const double (*starts)[SKIN_PARAMETERS], size_t n_starts, size_t i,
+                        double *x)
+{
+    enum { CORNERS = 4 };
+    static const double corner[CORNERS][3] = {
+        { 0.02, 0.1, 0.5 }, { 0.5, 0.9, 0.05 }, { 0.02, 0.9, 0.05 }, { 0.5, 0.1, 0.5 }
+    };
+    static const enum skin_parameter which[3] = { SKIN_CM, SKIN_BM, SKIN_CH };
+    double value[SKIN_PARAMETERS];
+    if (i + 1 < n_starts) {
+        misfit_vector(&site->misfit, starts[i + 1], x);
+        return true;
+    }
+    size_t k = n_starts > 0 ? i + 1 - n_starts : i;
+    if (k >= CORNERS)
+        return false;
+    for (size_t j = 0; j < SKIN_PARAMETERS; j++)
+        value[j] = r->fit.role[j].value;
+    for (size_t j = 0; j < 3; j++) {
+        const struct skin_role *role = &r->fit.role[which[j]];
+        value[which[j]] = role->lo + corner[k][j] * (role->hi - role->lo);
+    }
+    misfit_vector(&site->misfit, value, x);
+    return true;
+}
+
+/* The best minimum that can be found from all starts into *best, which is one already; true
+ * where there is another, the best of which is then *second. */
+static bool look_around(const struct refiner *r, struct site *site,
+                        const double (*starts)[SKIN_PARAMETERS], size_t n_starts,
+                        struct minimum *best, struct minimum *second)
+{
+    struct misfit *m = &site->misfit;
+    struct minimum tried;
+    struct least_squares_run run;
+    bool has_second = false;
+    for (size_t i = 0; other_start(r, site, starts, n_starts, i, tried.x); i++) {
+        if (descend(m, &tried, &run) != STATUS_OK || !distinct(m, best, tried.x))
+            continue;
+        if (tried.normal.chi_square < best->normal.chi_square) {
+            *second = *best;
+            *best = tried;
+            minimum_covariance(m, best);
+            has_second = true;
+        } else if (!has_second || tried.normal.chi_square < second->normal.chi_square) {
+            *second = tried;
+            has_second = true;
+        }
+    }
+    return has_second && distinct(m, best, second->x) &&
+           second->normal.chi_square - best->normal.chi_square < SECOND_RISE;
+}
+
+/* ---- the answer ------------------------------------------------------------------------ */
+
+/* Values, standard errors and intervals at the minimum; false where a better one was met,
+ * which is then where `at` stands. */
+static bool describe(struct misfit *m, struct minimum *at, unsigned want, struct refined *ret)
+{
+    double better[LEAST_SQUARES_MAX];
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
+        enum skin_parameter p = (enum skin_parameter)i;
+        const struct skin_role *role = &m->fit->role[i];
+        double value = misfit_mean(m, at->x, p);
+        ret->value[i] = ret->lo[i] = ret->hi[i] = value;
+        ret->se[i] = 0.0;
+        if (!role->free)
+            continue;
+        ret->se[i] = minimum_se(m, at, p);
+        ret->lo[i] = fmax(value - 1.959963984540054 * ret->se[i], role->lo);
+        ret->hi[i] = fmin(value + 1.959963984540054 * ret->se[i], role->hi);
+        if ((want & REFINE_INTERVALS) != 0 &&
+            !interval_find(m, at, p, &ret->lo[i], &ret->hi[i], better)) {
+            memcpy(at->x, better, m->n * sizeof *better);
+            return false;
+        }
+    }
+    return true;
+}
+
+/* An amount is judged by its root: reflectance goes by the root of what absorbs. */
+static double on_scale(size_t i, double x)
+{
+    return i == SKIN_CM || i == SKIN_CH ? sqrt(x) : x;
+}
+
+static unsigned flags_of(const struct fit *fit, const struct refined *r)
+{
+    unsigned flags = 0;
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
+        const struct skin_role *role = &fit->role[i];
+        if (!role->free)
+            continue;
+        double range = on_scale(i, role->hi) - on_scale(i, role->lo);
+        if (r->value[i] == role->lo || r->value[i] == role->hi)
+            flags |= (unsigned)REFINE_AT_BOUND << i;
+        if (on_scale(i, r->hi[i]) - on_scale(i, r->lo[i]) >= 0.5 * range)
+            flags |= (unsigned)REFINE_UNDETERMINED << i;
+        /* Less than half of what is known of it comes from the data. */
+        if (isfinite(role->prior_sd) && r->se[i] * r->se[i] > 0.5 * role->prior_sd * role->prior_sd)
+            flags |= (unsigned)REFINE_BY_PRIOR << i;
+    }
+    if (r->degrees > 0 && r->chi_square_p < P_TOO_LARGE)
+        flags |= REFINE_RESIDUAL_TOO_LARGE;
+    if (r->degrees > 0 && r->chi_square_p > P_TOO_SMALL)
+        flags |= REFINE_RESIDUAL_TOO_SMALL;
+    return flags | (r->has_second ? (unsigned)REFINE_SECOND_SOLUTION : 0u);
+}
+
+/* Residual, rms, and with it the difference in colour. */
+static void compare(const struct refiner *r, struct site *site, const double *x, unsigned want,
+                    struct refined *ret)
+{
+    const struct misfit *m = &site->misfit;
+    double fitted[SPECTRUM_MAX_BANDS] = { 0 }, sum = 0.0, XYZ[3], Lab[2][3];
+    for (size_t g = 0; g < m->groups; g++) {
+        (void)misfit_reflectance(m, x, g, site->scratch.R); /* the fit came by here */
+        for (size_t i = 0; i < r->bands; i++)
+            fitted[i] += site->scratch.R[i] / (double)m->groups;
+    }
+    for (size_t i = 0; i < r->bands; i++) {
+        ret->residual[i] = site->mean[i] - fitted[i];
+        sum += site->weight[i] == 0.0 ? 0.0 : ret->residual[i] * ret->residual[i];
+    }
+    ret->rms = sqrt(sum / (double)site->measured);
+    ret->dE00 = NAN;
+    if ((want & REFINE_COLOUR) == 0 || !r->has_weights || !m->whole)
+        return;
+    xyz_from_reflectance(&r->weights, site->mean, XYZ);
+    lab_from_xyz(XYZ, r->weights.white, Lab[0]);
+    xyz_from_reflectance(&r->weights, fitted, XYZ);
+    lab_from_xyz(XYZ, r->weights.white, Lab[1]);
+    ret->dE00 = delta_e_2000(Lab[0], Lab[1]);
+}
+
+static void judge(const struct refiner *r, const struct site *site, const struct minimum *at,
+                  struct refined *ret)
+{
+    size_t data = site->measured * site->replicates;
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+        data += r->fit.role[i].free && isfinite(r->fit.role[i].prior_sd) ? 1u : 0u;
+    ret->free = fit_free(&r->fit);
+    ret->first_nm = r->first_nm;
+    ret->step_nm = r->step_nm;
+    ret->bands = r->bands;
+    ret->chi_square = at->normal.chi_square;
+    ret->degrees = data > site->misfit.n ? data - site->misfit.n : 0;
+    ret->chi_square_p = ret->degrees > 0 ? chi_square_above(ret->chi_square, ret->degrees) : 1.0;
+}
+
+static void tell_second(const struct misfit *m, const struct minimum *second, struct refined *ret)
+{
+    ret->has_second = second != NULL;
+    ret->second_chi_square = second != NULL ? second->normal.chi_square : NAN;
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+        ret->second[i] = second != NULL ? misfit_mean(m, second->x, (enum skin_parameter)i) : NAN;
+}
+
+static enum status fit_site(const struct refiner *r, struct site *site,
+                            const double (*starts)[SKIN_PARAMETERS], size_t n_starts, unsigned want,
+                            struct refined *ret)
+{
+    struct misfit *m = &site->misfit;
+    struct minimum at, second;
+    struct least_squares_run run, rerun;
+    bool has_second = false;
+    if (n_starts > 0)
+        misfit_vector(m, starts[0], at.x);
+    else
+        guess(r, site, at.x);
+    enum status s = descend(m, &at, &run);
+    if (s != STATUS_OK)
+        return s;
+    minimum_covariance(m, &at);
+    if ((want & REFINE_SECOND) != 0)
+        has_second = look_around(r, site, starts, n_starts, &at, &second);
+    for (int turn = 0; !describe(m, &at, turn < AGAIN ? want : 0, ret); turn++) {
+        (void)descend(m, &at, &rerun); /* from where chi^2 was finite just now */
+        minimum_covariance(m, &at);
+    }
+    tell_second(m, has_second ? &second : NULL, ret);
+    compare(r, site, at.x, want, ret);
+    judge(r, site, &at, ret);
+    ret->iterations = run.iterations;
+    ret->evaluations = run.evaluations;
+    ret->flags = flags_of(&r->fit, ret) | (run.converged ? 0u : (unsigned)REFINE_NOT_CONVERGED);
+    return STATUS_OK;
+}
+
+enum status refiner_run(const struct refiner *refiner, const struct noise *noise,
+                        const struct spectrum *spectra, size_t replicates,
+                        const double (*starts)[SKIN_PARAMETERS], size_t n_starts, unsigned want,
+                        struct refined *ret, const char **why)
+{
+    struct site site;
+    enum status s = noise_check(noise, why);
+    if (s == STATUS_OK)
+        s = check_spectra(refiner, spectra, replicates, why);
+    if (s == STATUS_OK)
+        s = check_starts(starts, n_starts, why);
+    if (s == STATUS_OK)
+        s = site_init(refiner, noise, spectra, replicates, &site, why);
+    if (s != STATUS_OK)
+        return s;
+    s = fit_site(refiner, &site, starts, n_starts, want, ret);
+    if (s != STATUS_OK)
+        return refuse(s, "the model takes none of the skins to begin from", why);
+    ret->noise = *noise;
+    return STATUS_OK;
+}
+
+enum status refine(const struct fit *fit, const struct noise *noise, const struct spectrum *spectra,
+                   size_t replicates, const double (*starts)[SKIN_PARAMETERS], size_t n_starts,
+                   struct refined *ret, const char **why)
+{
+    struct refiner *refiner;
+    if (replicates == 0)
+        return refuse(STATUS_RANGE, "there is no spectrum to fit", why);
+    enum status s =
+        refiner_open(fit, spectra->first_nm, spectra->step_nm, spectra->n, &refiner, why);
+    if (s != STATUS_OK)
+        return s;
+    s = refiner_run(refiner, noise, spectra, replicates, starts, n_starts, REFINE_ALL, ret, why);
+    refiner_close(refiner);
+    return s;
+}
