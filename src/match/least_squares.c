@@ -190,8 +190,9 @@ static double clamp(double x, double lo, double hi)
     return x > lo ? (x < hi ? x : hi) : lo;
 }
 
-/* Beside this share of itself, changes of chi^2 are rounding. */
-#define ROUNDING 1e-13
+/* Changes of chi^2 below this share of itself are not pursued: where it is large the model does
+ * not explain the data, and steps converge slowly. */
+#define SHARE 1e-10
 /* Damping begins where a step fails, and is forgotten below. */
 #define DAMPING_FIRST 1e-2
 #define DAMPING_MOST 1e16
@@ -238,7 +239,7 @@ enum status least_squares_run(const struct least_squares *problem, double *x, st
         return STATUS_RANGE;
     for (; run->iterations < problem->steps && !run->converged; run->iterations++) {
         double chi_square = step.normal->chi_square, gain = find_step(&step);
-        if (!(gain > problem->tolerance + ROUNDING * chi_square)) {
+        if (!(gain > problem->tolerance + SHARE * chi_square)) {
             /* A damped step may be small because it is damped: look without, some times. */
             run->converged = step.damping == 0.0 || failed || looks++ >= LOOKS;
             step.damping = 0.0;

@@ -29,7 +29,7 @@ struct least_squares {
     const double *lo, *hi; /* lo <= hi, finite; equal where a parameter is held */
     void (*evaluate)(void *context, const double *x, struct normal *ret);
     void *context;
-    double tolerance; /* ends where a step would lower chi^2 by less */
+    double tolerance; /* ends where a step would lower chi^2 by less (or by 1e-10 of itself) */
     size_t steps;     /* at most so many */
 };
 

@@ -55,6 +55,14 @@ static struct spectrum spectrum_of(const struct figures *f, size_t row)
     return s;
 }
 
+static struct spectrum constant(double value)
+{
+    struct spectrum s = blank();
+    for (size_t i = 0; i < BANDS; i++)
+        s.value[i] = value;
+    return s;
+}
+
 static enum status run(const struct fit *fit, const struct noise *noise, const struct spectrum *s,
                        size_t replicates, const char **why)
 {
@@ -174,6 +182,220 @@ static void test_replicates_count_as_their_mean(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0 * 1e-4 / 9e-6, together - answer.chi_square);
 }
 
+/* ---- what is refused ------------------------------------------------------------------- */
+
+static void refused(enum status expect, const struct fit *fit, const struct noise *noise,
+                    const struct spectrum *s, size_t replicates, const char *what)
+{
+    const char *why = NULL;
+    answer.bands = 77;
+    TEST_ASSERT_EQUAL_INT_MESSAGE(expect, run(fit, noise, s, replicates, &why), what);
+    TEST_ASSERT_NOT_NULL_MESSAGE(why, what);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(expect, run(fit, noise, s, replicates, NULL), what);
+    TEST_ASSERT_EQUAL_size_t_MESSAGE(77, answer.bands, what);
+}
+
+static void test_fits_that_make_no_sense_are_refused(void)
+{
+    const struct fit good = three("two-layer");
+    const struct noise noise = noise_default();
+    struct spectrum s = constant(0.3);
+    struct fit fit;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, fit_check(&good, NULL));
+
+    fit = good, fit.model = model_find("paper");
+    refused(STATUS_UNSUPPORTED, &fit, &noise, &s, 1, "a model without derivatives");
+    fit = good, fit.role[SKIN_BM].free = false, fit.role[SKIN_BM].value = 1.2;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "held beyond the bounds");
+    fit = good, fit.role[SKIN_CM].free = false, fit.role[SKIN_CM].value = NAN;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "held at no number");
+    fit = good, fit.role[SKIN_SO2].value = -0.1, fit.role[SKIN_SO2].lo = -1;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "SO2 below 0");
+    fit = good, fit.role[SKIN_CM].lo = 0.6;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "lower bound above the upper");
+    fit = good, fit.role[SKIN_CM].lo = fit.role[SKIN_CM].hi = fit.role[SKIN_CM].value;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "free without room");
+    fit = good, fit.role[SKIN_CM].hi = 1.5;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "a bound that is no skin");
+    fit = good, fit.role[SKIN_CM].hi = INFINITY;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "no bound");
+    fit = good, fit.role[SKIN_BM].prior_sd = 0.0, fit.role[SKIN_BM].prior_mean = 0.5;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "a prior without width");
+    fit = good, fit.role[SKIN_BM].prior_sd = -1.0, fit.role[SKIN_BM].prior_mean = 0.5;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "a prior of negative width");
+    fit = good, fit.role[SKIN_BM].prior_sd = NAN;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "a prior of no width");
+    fit = good, fit.role[SKIN_BM].prior_sd = 0.1, fit.role[SKIN_BM].prior_mean = 1.5;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "a prior that contradicts the bounds");
+    fit = good, fit.role[SKIN_SO2].per_replicate = true;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "held and each replicate's own");
+    fit = good, fit.role[SKIN_SCATTERING_B].free = true;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "scattering free under Eq. 6");
+    fit = good, fit.own_scattering = true;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "scattering of its own of 0");
+    fit = good, fit.eta = 5.0;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "an index no model takes");
+    fit = three("half-space"), fit.role[SKIN_EPIDERMIS_MM].free = true;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "a thickness that the model does not have");
+    fit = good;
+    for (size_t i = 0; i < 3; i++)
+        fit.role[i].free = false;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "nothing free");
+}
+
+static void test_data_that_cannot_be_fitted_are_refused(void)
+{
+    struct fit fit = three("two-layer");
+    struct noise noise = noise_default();
+    struct spectrum s = constant(0.3);
+    static struct spectrum many[41];
+
+    refused(STATUS_RANGE, &fit, &noise, &s, 0, "no spectrum");
+    s.specular = SPECULAR_SCI;
+    refused(STATUS_UNSUPPORTED, &fit, &noise, &s, 1, "SCI");
+    s = constant(30.0);
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "percent");
+    s = constant(0.3), s.value[7] = -INFINITY;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "infinite");
+    s = constant(0.3), s.first_nm = 240;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "ultraviolet");
+    s = constant(0.3), s.n = 2;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "two bands");
+    s = constant(NAN), s.value[0] = s.value[30] = 0.3;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "two measured");
+    many[0] = many[1] = constant(0.3);
+    many[1].step_nm = 5;
+    refused(STATUS_RANGE, &fit, &noise, many, 2, "replicates on other bands");
+    s = constant(0.3);
+    static const double none[] = { 0.0, -0.003, NAN, INFINITY };
+    for (size_t i = 0; i < 4; i++) {
+        noise.white = none[i];
+        refused(STATUS_RANGE, &fit, &noise, &s, 1, "noise");
+    }
+    noise = noise_default();
+    noise.placement = -0.001;
+    refused(STATUS_RANGE, &fit, &noise, &s, 1, "placement");
+
+    noise = noise_default();
+    const double start[1][SKIN_PARAMETERS] = { { 0.1, NAN, 0.01 } };
+    const char *why = NULL;
+    TEST_ASSERT_EQUAL_INT(STATUS_RANGE, refine(&fit, &noise, &s, 1, start, 1, &answer, &why));
+    TEST_ASSERT_NOT_NULL(why);
+
+    fit.role[SKIN_CH].per_replicate = true;
+    for (size_t i = 0; i < 41; i++)
+        many[i] = constant(0.3);
+    refused(STATUS_UNSUPPORTED, &fit, &noise, many, 39, "no room for so many");
+    refused(STATUS_UNSUPPORTED, &fit, &noise, many, 41, "nor for that many");
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, run(&fit, &noise, many, 38, NULL));
+}
+
+/* ---- whatever comes -------------------------------------------------------------------- */
+
+static struct spectrum hostile(struct dice *dice)
+{
+    static const double level[] = { 0.0, 1.0, 0.5, -0.5, 2.0, 10.0, -10.0, 1e-300 };
+    struct spectrum s = constant(level[dice_below(dice, 8)]);
+    size_t kind = dice_below(dice, 6);
+    for (size_t i = 0; i < BANDS; i++) {
+        if (kind == 1)
+            s.value[i] = dice_between(dice, 0.0, 1.0); /* nothing but noise */
+        else if (kind == 2)
+            s.value[i] = (double)(i % 2);
+        else if (kind == 3)
+            s.value[i] = 0.1 + 0.5 * (double)(i * i) / 900.0 + dice_between(dice, -0.02, 0.02);
+        else if (kind == 4)
+            s.value[i] = 0.7 - 0.6 * (double)i / BANDS; /* falls towards the red */
+        if (dice_below(dice, 10) == 0)
+            s.value[i] = dice_below(dice, 2) == 0 ? NAN : dice_between(dice, -10.0, 10.0);
+    }
+    if (dice_below(dice, 4) == 0)
+        s.step_nm = 0.001; /* as if one band were measured 31 times */
+    if (dice_below(dice, 4) == 0)
+        s.n = 10;
+    for (size_t i = 0; i < 7; i++) /* enough of them to be fitted */
+        s.value[i] = isnan(s.value[i]) ? 0.2 : s.value[i];
+    return s;
+}
+
+static struct fit any_fit(struct dice *dice)
+{
+    struct fit fit = three(models[dice_below(dice, 2)]);
+    if (dice_below(dice, 2) == 0) {
+        fit.own_scattering = true;
+        fit.role[SKIN_SCATTERING_A].value = 10.0;
+        fit.role[SKIN_SCATTERING_A].lo = 0.1;
+        fit.role[SKIN_SCATTERING_A].hi = 100.0;
+        fit.role[SKIN_SCATTERING_B].value = 1.0;
+        fit.role[SKIN_SCATTERING_A].free = dice_below(dice, 2) == 0;
+        fit.role[SKIN_SCATTERING_B].free = dice_below(dice, 2) == 0;
+    }
+    fit.role[SKIN_SO2].free = dice_below(dice, 2) == 0;
+    fit.role[SKIN_EPIDERMIS_MM].free = fit.model->has_thickness && dice_below(dice, 4) == 0;
+    fit.role[SKIN_BM].free = dice_below(dice, 4) != 0;
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
+        if (fit.role[i].free && dice_below(dice, 5) == 0) {
+            fit.role[i].prior_mean = fit.role[i].value;
+            fit.role[i].prior_sd = dice_between(dice, 1e-6, 1.0);
+        }
+        fit.role[i].per_replicate = fit.role[i].free && dice_below(dice, 5) == 0;
+    }
+    return fit;
+}
+
+static void check_answer(const struct fit *fit)
+{
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
+        const struct skin_role *role = &fit->role[i];
+        TEST_ASSERT_TRUE(answer.value[i] >= role->lo && answer.value[i] <= role->hi);
+        TEST_ASSERT_TRUE(answer.lo[i] >= role->lo && answer.hi[i] <= role->hi);
+        TEST_ASSERT_TRUE(answer.lo[i] <= answer.value[i] && answer.value[i] <= answer.hi[i]);
+        TEST_ASSERT_TRUE(answer.se[i] >= 0.0 && answer.se[i] <= role->hi - role->lo);
+    }
+    TEST_ASSERT_TRUE(isfinite(answer.chi_square) && answer.chi_square >= 0.0);
+    TEST_ASSERT_TRUE(answer.chi_square_p >= 0.0 && answer.chi_square_p <= 1.0);
+    TEST_ASSERT_TRUE(isfinite(answer.rms));
+    for (size_t i = 0; answer.has_second && i < SKIN_PARAMETERS; i++)
+        TEST_ASSERT_TRUE(answer.second[i] >= fit->role[i].lo &&
+                         answer.second[i] <= fit->role[i].hi);
+}
+
+static void test_always_inside_finite_and_the_same(void)
+{
+    struct dice dice = { 20261122 };
+    static struct spectrum site[3];
+    static struct refined first;
+    size_t limited = 0;
+    for (int turn = 0; turn < 400; turn++) {
+        struct fit fit = any_fit(&dice);
+        struct noise noise = { pow(10.0, dice_between(&dice, -6.0, -1.0)),
+                               dice_below(&dice, 2) == 0 ? 0.0 : dice_between(&dice, 0.0, 0.1),
+                               dice_between(&dice, 0.0, 2.0) };
+        size_t replicates = 1 + dice_below(&dice, 3);
+        for (size_t k = 0; k < replicates; k++) {
+            site[k] = hostile(&dice);
+            site[k].n = site[0].n;
+            site[k].step_nm = site[0].step_nm;
+        }
+        const char *why = "";
+        enum status s = run(&fit, &noise, site, replicates, &why);
+        if (s == STATUS_RANGE && strstr(why, "fewer bands") != NULL)
+            continue; /* replicates that lack different bands */
+        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, s, why);
+        check_answer(&fit);
+        limited += (answer.flags & REFINE_NOT_CONVERGED) != 0;
+        memcpy(&first, &answer, sizeof first);
+        memset(&answer, 0x55, sizeof answer);
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, run(&fit, &noise, site, replicates, NULL));
+        TEST_ASSERT_EQUAL_MEMORY(first.value, answer.value, sizeof first.value);
+        TEST_ASSERT_EQUAL_MEMORY(first.lo, answer.lo, sizeof first.lo);
+        TEST_ASSERT_EQUAL_MEMORY(first.hi, answer.hi, sizeof first.hi);
+        TEST_ASSERT_EQUAL_HEX(first.flags, answer.flags);
+    }
+    printf("steps ran out in %zu of 400\n", limited);
+    TEST_ASSERT_TRUE(limited < 40);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -181,5 +403,8 @@ int main(void)
     RUN_TEST(test_the_start_does_not_matter);
     RUN_TEST(test_interval_ends_are_where_chi_square_has_risen);
     RUN_TEST(test_replicates_count_as_their_mean);
+    RUN_TEST(test_fits_that_make_no_sense_are_refused);
+    RUN_TEST(test_data_that_cannot_be_fitted_are_refused);
+    RUN_TEST(test_always_inside_finite_and_the_same);
     return UNITY_END();
 }
