@@ -82,8 +82,9 @@ enum status chromophores_init(double first_nm, double step_nm, size_t n, struct 
     if (!(first_nm >= CHROMOPHORES_MIN_NM && last_nm <= CHROMOPHORES_MAX_NM))
         return STATUS_RANGE;
     ret->n = n;
-    for (size_t i = 0; i < n; i++) {
-        double nm = first_nm + (double)i * step_nm;
+    for (size_t i = 0; i < (n + CHROMOPHORES_LANES - 1) / CHROMOPHORES_LANES * CHROMOPHORES_LANES;
+         i++) {
+        double nm = first_nm + (double)(i < n ? i : n - 1) * step_nm;
         ret->eumelanin[i] = eumelanin_sigma_a(nm);
         ret->pheomelanin[i] = pheomelanin_sigma_a(nm);
         ret->base[i] = base_sigma_a(nm);

@@ -32,7 +32,9 @@ double deoxyhaemoglobin_epsilon(double nm);
 double oxyhaemoglobin_sigma_a(double nm);
 double deoxyhaemoglobin_sigma_a(double nm);
 
-/* The same on a band grid, computed once and used for many skins. */
+/* The same on a band grid, computed once and used for many skins.  After the last band its
+ * values stand again, up to a multiple of CHROMOPHORES_LANES: vectors read past the end. */
+#define CHROMOPHORES_LANES 8
 struct chromophores {
     size_t n;
     double eumelanin[SPECTRUM_MAX_BANDS], pheomelanin[SPECTRUM_MAX_BANDS];

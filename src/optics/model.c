@@ -22,6 +22,7 @@ const struct model model_list[MODEL_COUNT] = {
         .trust = "rms 0.08 in R against transport; haemoglobin and melanin trade places",
         .reflectance = half_space_reflectance,
         .slopes = half_space_slopes,
+        .quick = MODEL_QUICK_HALF_SPACE,
     },
     {
         .name = "kubelka-munk",
@@ -38,6 +39,7 @@ const struct model model_list[MODEL_COUNT] = {
         .has_thickness = true,
         .reflectance = two_layer_reflectance,
         .slopes = two_layer_slopes,
+        .quick = MODEL_QUICK_TWO_LAYER,
     },
     {
         .name = "monte-carlo",

@@ -15,6 +15,9 @@
 #include "optics/tissue.h"
 #include "optics/tissue_slopes.h"
 
+/* Which formulas of optics/quick.h a model has. */
+enum model_quick { MODEL_QUICK_NONE, MODEL_QUICK_HALF_SPACE, MODEL_QUICK_TWO_LAYER };
+
 struct model {
     const char *name;    /* as on the command line and in table files */
     const char *summary; /* one line for --help */
@@ -27,6 +30,7 @@ struct model {
     /* R as reflectance() gives it, to the last bit, and its derivatives: optics/slopes.h.
      * NULL for a model without. */
     enum status (*slopes)(const struct medium *m, double *R, const struct slopes *dR);
+    enum model_quick quick;
 };
 
 enum { MODEL_COUNT = 5 };

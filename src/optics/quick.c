@@ -1,0 +1,343 @@
+/* quick.c - the two closed-form models over whole vectors of bands.
+ *
+ * Each loop below is compiled for several kinds of vectors (inlined into functions of those
+ * targets) and does the same operations in the same order in all of them. */
+#include "optics/quick.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "optics/dipole.h"
+#include "optics/quick_exp.h"
+
+/* One spectrum: what a skin is at each band, and what is asked.  All rows are QUICK_STRIDE(n)
+ * long. */
+struct quick_job {
+    size_t stride;
+    double d, A, entering;
+    const struct tissue *t;
+    const struct chromophores *c;
+    double *restrict sa1, *restrict sa2, *restrict ss1, *restrict ss2; /* coefficients */
+    double *restrict law;                                              /* sigma_s'/scattering_a */
+    double *restrict by_sa1, *restrict by_sa2, *restrict by_ss, *restrict by_d;
+    double *restrict R, *restrict J;
+    unsigned wanted; /* rows of J */
+};
+
+/* The rows of a job do not overlap, which the compiler would else ask before each loop. */
+#if defined(__clang__)
+#define QUICK_LOOP _Pragma("clang loop vectorize(assume_safety)")
+#define QUICK_WIDE "avx512f,avx512dq,avx512vl"
+#else
+#define QUICK_LOOP _Pragma("GCC ivdep")
+#define QUICK_WIDE "avx512f,avx512dq,avx512vl,prefer-vector-width=512"
+#endif
+
+/* ---- coefficients: as tissue_medium() ---------------------------------------------------- */
+
+QUICK_INLINE void coefficients(const struct quick_job *q)
+{
+    const struct chromophores *restrict c = q->c;
+    double Cm = q->t->Cm, Bm = q->t->Bm, Ch = q->t->Ch, gamma = q->t->gamma;
+    double a = q->t->scattering_a, b = q->t->scattering_b;
+    double *restrict sa1 = q->sa1, *restrict sa2 = q->sa2;
+    double *restrict ss1 = q->ss1, *restrict ss2 = q->ss2, *restrict law = q->law;
+    QUICK_LOOP
+    for (size_t i = 0; i < q->stride; i++) {
+        double melanin = Bm * c->eumelanin[i] + (1.0 - Bm) * c->pheomelanin[i];
+        double blood = gamma * c->oxy[i] + (1.0 - gamma) * c->deoxy[i];
+        sa1[i] = Cm * melanin + (1.0 - Cm) * c->base[i];
+        sa2[i] = Ch * blood + (1.0 - Ch) * c->base[i];
+    }
+    if (a == 0.0) {
+        QUICK_LOOP
+        for (size_t i = 0; i < q->stride; i++) {
+            ss1[i] = c->sigma_s_prime[i];
+            ss2[i] = 0.5 * c->sigma_s_prime[i];
+        }
+    } else {
+        QUICK_LOOP
+        for (size_t i = 0; i < q->stride; i++) {
+            law[i] = quick_exp(-b * c->log_nm[i]);
+            ss1[i] = a * law[i];
+            ss2[i] = a * law[i];
+        }
+    }
+}
+
+/* ---- half space -------------------------------------------------------------------------- */
+
+/* optics/half_space.c's formulas.  Whether every band is in range. */
+QUICK_INLINE bool half_space(const struct quick_job *q)
+{
+    double steeper = 1.0 + 4.0 / 3.0 * q->A, half = 0.5 * q->entering;
+    const double *restrict sa1 = q->sa1, *restrict sa2 = q->sa2, *restrict ss1 = q->ss1;
+    double *restrict R = q->R, *restrict by_sa1 = q->by_sa1, *restrict by_sa2 = q->by_sa2;
+    double *restrict by_ss = q->by_ss;
+    uint64_t beyond = 0;
+    QUICK_LOOP
+    for (size_t i = 0; i < q->stride; i++) {
+        double sigma_a = sa1[i] + sa2[i], inverse = 1.0 / (sigma_a + ss1[i]);
+        double mu = ss1[i] * inverse, b = sigma_a * inverse, s = sqrt(3.0 * b);
+        double slow = quick_exp(-s), fast = quick_exp(-steeper * s);
+        double g = slow + fast, fall = slow + steeper * fast, outside = half * inverse;
+        R[i] = half * mu * g;
+        by_sa1[i] = by_sa2[i] = -outside * mu * (g + 1.5 * mu * (fall / s));
+        by_ss[i] = outside * (b * g + 0.5 * mu * s * fall);
+        beyond |= b >= 1e-10 ? 0 : 1;
+    }
+    return beyond == 0;
+}
+
+/* ---- two layers -------------------------------------------------------------------------- */
+
+/* R = H + (r1 - r2) G/M of optics/two_layer_slopes.c, its third form, which takes few branches:
+ * what it loses where the epidermis is thin is 1/y. */
+QUICK_INLINE bool two_layer(const struct quick_job *q, bool all)
+{
+    const double *restrict sa1 = q->sa1, *restrict sa2 = q->sa2;
+    const double *restrict ss1 = q->ss1, *restrict ss2 = q->ss2;
+    double *restrict R = q->R, *restrict by_sa1 = q->by_sa1, *restrict by_sa2 = q->by_sa2;
+    double *restrict by_ss = q->by_ss, *restrict by_d = q->by_d;
+    double A = q->A, A2 = 2.0 * q->A, d = q->d, entering = q->entering;
+    uint64_t beyond = 0;
+    QUICK_LOOP
+    for (size_t i = 0; i < q->stride; i++) {
+        double st1 = sa1[i] + ss1[i], st2 = sa2[i] + ss2[i];
+        double i1 = 1.0 / st1, i2 = 1.0 / st2;
+        double b1 = sa1[i] * i1, mu1 = ss1[i] * i1, b2 = sa2[i] * i2, mu2 = ss2[i] * i2;
+        double r1 = sqrt(3.0 * b1), r2 = sqrt(3.0 * b2);
+        double x = st1 * d, y = r1 * x;
+
+        double apart = x - y, least = apart > 0.0 ? y : x;
+        double e_least = quick_exp(-least);
+        struct quick_decay z = quick_decay_of(apart > 0.0 ? apart : -apart);
+        struct quick_decay twice = quick_decay_of(2.0 * y);
+        double e_most = e_least * z.e, fall = e_least * z.fall, g = e_least * z.mean;
+        double T = apart > 0.0 ? e_most : e_least, fading = apart > 0.0 ? e_least : e_most;
+        double g_x = apart > 0.0 ? -fall : fall - g, g_y = apart > 0.0 ? fall - g : -fall;
+
+        /* 1/(1+r1), 1/(1+r2) and 1/(3 + 2A r1) by one division. */
+        double plus1 = 1.0 + r1, plus2 = 1.0 + r2, surface = 3.0 + A2 * r1;
+        double together = 1.0 / (plus1 * plus2 * surface);
+        double i_plus1 = together * (plus2 * surface), i_plus2 = together * (plus1 * surface);
+        double i_surface = together * (plus1 * plus2);
+
+        double m1 = mu1 * i_plus1, H = 3.0 * m1 * i_surface;
+        double quotient = (1.0 + (r1 + r2 + r1 * r2) * (1.0 / 3.0)) * (i_plus1 * i_plus2);
+        double clear = A2 * fading * i_surface, layer = clear + x * g;
+        double G = m1 * layer + T * quotient;
+        double edge = 1.0 + A2 * (1.0 / 3.0) * r2, slope = x * r2 + A2 * (sa1[i] * d);
+        double i_L = 1.0 / ((1.0 + twice.e) * edge + 2.0 * twice.mean * slope);
+        double w = 2.0 * fading * i_L, difference = r1 - r2;
+        R[i] = entering * (H + w * difference * G);
+
+        /* By sigma_a1: x changes by d. */
+        double r1_by = 1.5 * mu1 * i1 * (x * (2.0 * twice.inverse)); /* 1/r1 = x/y */
+        double y_by = d * r1 + x * r1_by;
+        double m1_by = -(mu1 * i1 + m1 * r1_by) * i_plus1, lost = A2 * r1_by * i_surface;
+        double H_by = 3.0 * (m1_by - m1 * lost) * i_surface;
+        double layer_by = d * g + x * (d * g_x + y_by * g_y) - clear * (y_by + lost);
+        double quotient_by = r1_by * i_plus1 * (1.0 / 3.0 - quotient);
+        double G_by = m1_by * layer + m1 * layer_by + T * (quotient_by - d * quotient);
+        double L_by = 2.0 * twice.mean * d * (r2 + A2) -
+                      2.0 * y_by * (twice.e * edge + 2.0 * twice.fall * slope);
+        double by =
+            entering * (H_by + w * (r1_by * G + difference * (G_by - G * (y_by + L_by * i_L))));
+        by_sa1[i] = by;
+
+        /* By r2, and so by both of the dermis. */
+        double phi = 3.0 * m1 * layer +
+                     (A * (1.0 + twice.e) + 3.0 * x * twice.mean) * (2.0 * i_L) * difference * G;
+        double out = entering * w;
+        double by_r2 =
+            out * (T * (1.0 + 2.0 / 3.0 * r2 + b2) * (i_plus2 * i_plus2) + phi * (1.0 / 3.0));
+        by_sa2[i] = -1.5 * mu2 * i2 * (by_r2 / r2);
+
+        beyond |= y >= 1.0 / 128.0 ? 0 : 1;
+        beyond |= r1 >= 1.0 / 64.0 ? 0 : 1;
+        beyond |= x <= 150.0 ? 0 : 1;
+        beyond |= r2 > 1e-100 ? 0 : 1;
+        if (all) { /* d dR/dd is the sum of what the coefficients times their derivatives are */
+            double by_thickness = out * st1 * (b2 * mu1 - b1 * mu2) * (T + phi);
+            by_d[i] = by_thickness;
+            by_ss[i] = (d * by_thickness - sa1[i] * by) / ss1[i] + 0.5 * by_r2 * r2 * i2;
+            beyond |= mu1 >= 1.0 / 64.0 ? 0 : 1;
+        }
+    }
+    return beyond == 0;
+}
+
+/* ---- the chain rule: as tissue_slopes() -------------------------------------------------- */
+
+/* row = by times factor, which is an expression of i; what is past the last band is 0. */
+#define QUICK_ROW(parameter, by, factor) \
+    if (q->wanted & QUICK_WANT(parameter)) { \
+        double *restrict row = q->J + (parameter)*q->stride; \
+        QUICK_LOOP \
+        for (size_t i = 0; i < q->stride; i++) \
+            row[i] = by[i] * (factor); \
+        for (size_t i = c->n; i < q->stride; i++) \
+            row[i] = 0.0; \
+    }
+
+QUICK_INLINE void chain(const struct quick_job *q)
+{
+    const struct chromophores *restrict c = q->c;
+    double Cm = q->t->Cm, Bm = q->t->Bm, Ch = q->t->Ch, gamma = q->t->gamma;
+    const double *restrict by_sa1 = q->by_sa1, *restrict by_sa2 = q->by_sa2;
+    const double *restrict by_ss = q->by_ss, *restrict by_d = q->by_d;
+    const double *restrict law = q->law, *restrict ss1 = q->ss1;
+    QUICK_ROW(TISSUE_CM, by_sa1, Bm * c->eumelanin[i] + (1.0 - Bm) * c->pheomelanin[i] - c->base[i])
+    QUICK_ROW(TISSUE_BM, by_sa1, Cm * (c->eumelanin[i] - c->pheomelanin[i]))
+    QUICK_ROW(TISSUE_CH, by_sa2, gamma * c->oxy[i] + (1.0 - gamma) * c->deoxy[i] - c->base[i])
+    QUICK_ROW(TISSUE_GAMMA, by_sa2, Ch * (c->oxy[i] - c->deoxy[i]))
+    QUICK_ROW(TISSUE_EPIDERMIS_MM, by_d, 1.0)
+    QUICK_ROW(TISSUE_SCATTERING_A, by_ss, law[i])
+    QUICK_ROW(TISSUE_SCATTERING_B, by_ss, -c->log_nm[i] * ss1[i])
+}
+
+/* ---- for each kind of vectors ------------------------------------------------------------ */
+
+enum quick_kernel { HALF_SPACE, TWO_LAYER, TWO_LAYER_ALL };
+
+/* Constants, so that each of the loops is made for its own. */
+QUICK_INLINE bool run(const struct quick_job *q, enum quick_kernel kernel)
+{
+    coefficients(q);
+    bool good = kernel == HALF_SPACE  ? half_space(q)
+                : kernel == TWO_LAYER ? two_layer(q, false)
+                                      : two_layer(q, true);
+    if (good)
+        chain(q);
+    return good;
+}
+
+static bool run_plain(const struct quick_job *q, enum quick_kernel kernel)
+{
+    return run(q, kernel);
+}
+
+#if defined(__x86_64__) && defined(__GNUC__)
+__attribute__((target("avx2"))) static bool run_avx2(const struct quick_job *q,
+                                                     enum quick_kernel kernel)
+{
+    return run(q, kernel);
+}
+
+__attribute__((target(QUICK_WIDE))) static bool run_avx512(const struct quick_job *q,
+                                                           enum quick_kernel kernel)
+{
+    return run(q, kernel);
+}
+
+bool quick_has(enum quick_vectors v)
+{
+    return v == QUICK_PLAIN || (v == QUICK_AVX2 && __builtin_cpu_supports("avx2")) ||
+           (v == QUICK_AVX512 && __builtin_cpu_supports("avx512f") &&
+            __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"));
+}
+#else
+#define run_avx2 run_plain
+#define run_avx512 run_plain
+
+bool quick_has(enum quick_vectors v)
+{
+    return v == QUICK_PLAIN;
+}
+#endif
+
+static enum quick_vectors best_vectors(void)
+{
+    return quick_has(QUICK_AVX512) ? QUICK_AVX512
+           : quick_has(QUICK_AVX2) ? QUICK_AVX2
+                                   : QUICK_PLAIN;
+}
+
+static bool run_by(enum quick_vectors v, const struct quick_job *q, enum quick_kernel kernel)
+{
+    return v == QUICK_AVX512 ? run_avx512(q, kernel)
+           : v == QUICK_AVX2 ? run_avx2(q, kernel)
+                             : run_plain(q, kernel);
+}
+
+/* ---- what is out of range ---------------------------------------------------------------- */
+
+/* By model_slopes(), its rows laid out as here. */
+static enum status slow_slopes(const struct model *model, const struct tissue *t,
+                               const struct chromophores *c, unsigned wanted, double *scratch,
+                               double *R, double *J)
+{
+    size_t n = c->n, stride = QUICK_STRIDE(n);
+    double *rows = scratch + MODEL_SLOPES_SCRATCH(n);
+    enum status s = model_slopes(model, t, c, scratch, R, rows);
+    if (s != STATUS_OK)
+        return s;
+    for (size_t i = n; i < stride; i++)
+        R[i] = 0.0;
+    for (size_t p = 0; p < TISSUE_PARAMETERS; p++)
+        if (wanted & QUICK_WANT(p)) {
+            memcpy(J + p * stride, rows + p * n, n * sizeof *J);
+            memset(J + p * stride + n, 0, (stride - n) * sizeof *J);
+        }
+    return STATUS_OK;
+}
+
+enum status quick_slopes_by(enum quick_vectors v, const struct model *model, const struct tissue *t,
+                            const struct chromophores *c, unsigned wanted, double *scratch,
+                            double *R, double *J)
+{
+    size_t stride = QUICK_STRIDE(c->n);
+    const unsigned scattering = QUICK_WANT(TISSUE_EPIDERMIS_MM) | QUICK_WANT(TISSUE_SCATTERING_A) |
+                                QUICK_WANT(TISSUE_SCATTERING_B);
+    double *slow_scratch = scratch + 9 * stride, A;
+    if (model->quick == MODEL_QUICK_NONE || tissue_check(t) != STATUS_OK ||
+        dipole_A(t->eta, &A) != STATUS_OK || t->eta > 3.7)
+        return slow_slopes(model, t, c, wanted, slow_scratch, R, J);
+    bool two = model->quick == MODEL_QUICK_TWO_LAYER;
+    /* Parameters that this skin or model does not look at: their rows are 0. */
+    unsigned without = two ? 0 : QUICK_WANT(TISSUE_EPIDERMIS_MM);
+    if (t->scattering_a == 0.0)
+        without |= QUICK_WANT(TISSUE_SCATTERING_A) | QUICK_WANT(TISSUE_SCATTERING_B);
+    enum quick_kernel kernel = !two                               ? HALF_SPACE
+                               : (wanted & ~without & scattering) ? TWO_LAYER_ALL
+                                                                  : TWO_LAYER;
+    double *row[9];
+    for (size_t k = 0; k < 9; k++)
+        row[k] = scratch + k * stride;
+    struct quick_job q = {
+        .stride = stride,
+        .d = t->epidermis_mm,
+        .A = A,
+        .entering = 1.0 - dipole_Rs(t->eta),
+        .t = t,
+        .c = c,
+        .sa1 = row[0],
+        .sa2 = row[1],
+        .ss1 = row[2],
+        .ss2 = row[3],
+        .law = row[4],
+        .by_sa1 = row[5],
+        .by_sa2 = row[6],
+        .by_ss = row[7],
+        .by_d = row[8],
+        .R = R,
+        .J = J,
+        .wanted = wanted & ~without,
+    };
+    if (!run_by(v, &q, kernel))
+        return slow_slopes(model, t, c, wanted, slow_scratch, R, J);
+    for (size_t i = c->n; i < stride; i++)
+        R[i] = 0.0;
+    for (size_t p = 0; p < TISSUE_PARAMETERS; p++)
+        if (wanted & without & QUICK_WANT(p))
+            memset(J + p * stride, 0, stride * sizeof *J);
+    return STATUS_OK;
+}
+
+enum status quick_slopes(const struct model *model, const struct tissue *t,
+                         const struct chromophores *c, unsigned wanted, double *scratch, double *R,
+                         double *J)
+{
+    return quick_slopes_by(best_vectors(), model, t, c, wanted, scratch, R, J);
+}
