@@ -15,6 +15,7 @@ PACKAGES := sqlite3 nettle libcjson libsystemd
 # Asked when a recipe runs, not when the Makefile is read: they may be installed by then.
 WIRES    := libserialport libusb-1.0 libudev
 MOCKS    := umockdev-1.0
+WIDE_LIBS := -lmpfr -lgmp
 PKG_CFLAGS = $(shell pkg-config --cflags $(PACKAGES) $(WIRES))
 PKG_LIBS   = $(shell pkg-config --libs $(PACKAGES))
 WIRES_LIBS = $(shell pkg-config --libs $(WIRES))
@@ -41,6 +42,8 @@ support_c := $(wildcard tests/support/*.c $(addprefix tests/drivers/,contract.c 
 # What mocks the system's devices for unmodified programs, and the program that does.
 mock_c  := $(wildcard tests/sim/mock/*.c)
 fuzz_c  := $(wildcard tests/fuzz/*.c)
+# High-precision twins, and the program that holds our functions against them.
+stability_c := $(filter-out tests/stability/test_%,$(wildcard tests/stability/*.c))
 bench_c := $(wildcard tests/bench/*.c tests/match/bench.c tests/store/bench.c)
 new_driver := $(wildcard tests/new_driver/drivers/*/*.[ch] tests/new_driver/drivers/*/tests/*.[ch])
 all_h   := $(wildcard src/*.h src/*/*.h db/*.h drivers/*.h drivers/*/*.h drivers/*/tests/*.h tests/*/*.h tests/*/*/*.h)
@@ -65,12 +68,12 @@ daemon  := $(BUILD)/skinspecd
 simhost := $(if $(wildcard tests/sim/mock/host.c),$(BUILD)/simhost)
 tables  := $(BUILD)/tables/table-two-layer.db $(BUILD)/tables/table-paper.db
 
-.PHONY: FORCE help all demo test test-new-driver test-fuzz test-faults faults-asan test-kill test-soak soak bench asan \
-        cover lint format docs install clean need-build need-test need-fuzz need-faults need-lint
+.PHONY: FORCE help all demo test test-new-driver test-fuzz test-faults faults-asan test-kill test-soak soak bench stability asan \
+        cover lint format docs install clean need-build need-test need-fuzz need-faults need-stability need-lint
 .DELETE_ON_ERROR:
 # Kept, though only an implicit rule asks for them.  No others: a secondary object that is not there yet
 # does not make its program anew where its source is older than that, as one that was copied may be.
-.SECONDARY: $(call objects,$(tests_c) $(own_tests_c) $(fuzz_c) $(bench_c))
+.SECONDARY: $(call objects,$(tests_c) $(own_tests_c) $(fuzz_c) $(stability_c) $(bench_c))
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -152,12 +155,19 @@ $(BUILD)/bench/drivers: $(BUILD)/obj/tests/bench/drivers.o \
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(WIRES_LIBS) -lm
 
+stability: need-stability $(BUILD)/stability/stability ## every function of optics, colour and match over extreme inputs, against MPFR
+	@$(BUILD)/stability/stability
+
+$(BUILD)/stability/stability: $(call objects,$(stability_c)) $(lib_a)
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(WIDE_LIBS) -lm
+
 lint: need-lint ## layout, static analysis, and warnings of gcc and clang as errors
 	@tools/lint
 
 format: need-lint ## lay out the sources by clang-format
 	@clang-format -i $(core_c) $(json_c) $(station_c) $(db_c) $(drivers_c) $(cli_c) $(tests_c) $(own_tests_c) \
-	    $(support_c) $(mock_c) $(fuzz_c) $(bench_c) $(new_driver) $(all_h) docs/examples/*.c
+	    $(support_c) $(mock_c) $(fuzz_c) $(stability_c) $(bench_c) $(new_driver) $(all_h) docs/examples/*.c
 
 docs: ## docs/protocol.md from the protocol's description
 	@tools/protocol-docs > docs/protocol.md.new && mv docs/protocol.md.new docs/protocol.md
@@ -188,11 +198,14 @@ need-build:
 	    lib:libusb-1.0=libusb-1.0-0-dev lib:libudev=libudev-dev
 
 need-test: need-build $(unity)/unity.c
-	@tools/need cmd:python3=python3 cmd:spec2cie=argyll lib:umockdev-1.0=libumockdev-dev \
+	@tools/need cmd:python3=python3 cmd:spec2cie=argyll lib:mpfr=libmpfr-dev lib:umockdev-1.0=libumockdev-dev \
 	    cmd:umockdev-wrapper=umockdev
 
 need-fuzz: need-build
 	@tools/need cmd:clang=clang cmd:python3=python3
+
+need-stability: need-build
+	@tools/need lib:mpfr=libmpfr-dev
 
 need-faults: need-test
 	@tools/need cmd:valgrind=valgrind
@@ -244,6 +257,7 @@ $(call objects,$(own_tests_c) $(own_support_c)): private override EXTRA += -isys
 $(call objects,$(tests_c) $(own_tests_c) $(support_c)): | $(unity)/unity.c
 # With several jobs at a time: not before the packages that tests need are there.
 $(call objects,$(mock_c) $(tests_c)): | need-test
+$(call objects,$(stability_c)): | need-stability
 
 $(lib_a): $(core_o)
 	@rm -f $@
@@ -281,6 +295,8 @@ $(BUILD)/obj/tests/%_umockdev.o $(BUILD)/obj/drivers/%_umockdev.o: PKG_CFLAGS +=
 $(BUILD)/tests/%_umockdev: PRELOAD = -Wl,--no-as-needed -lumockdev-preload -Wl,--as-needed
 $(BUILD)/tests/%_umockdev: MOCKS_LIBS = $(shell pkg-config --libs $(MOCKS))
 $(filter %_umockdev,$(tests)): $(call objects,$(filter-out %/host.c,$(mock_c)))
+$(BUILD)/tests/stability/test_stability: $(call objects,$(filter-out %/main.c,$(stability_c)))
+$(BUILD)/tests/stability/test_stability: MOCKS_LIBS = $(WIDE_LIBS)
 used_by_tests = $(call objects,$(support_c)) $(BUILD)/obj/unity.o \
         $(call not_main,$(cli_o) $(station_o)) $(json_o) $(db_o) $(drivers_o) $(lib_a)
 link_test = mkdir -p $(@D) && $(CC) $(ALL_CFLAGS) $(PRELOAD) $(LINK) $^ -o $@ \
@@ -313,4 +329,4 @@ $(BUILD)/tables/table-%.db: $(lib_a) $(db_o) | $(program)
 	@$(program) table build --model $* --out $@ --force
 
 -include $(patsubst %.o,%.d,$(core_o) $(json_o) $(station_o) $(db_o) $(drivers_o) $(cli_o) \
-    $(call objects,$(tests_c) $(own_tests_c) $(support_c) $(mock_c) $(fuzz_c) $(bench_c)))
+    $(call objects,$(tests_c) $(own_tests_c) $(support_c) $(mock_c) $(fuzz_c) $(stability_c) $(bench_c)))

@@ -9,7 +9,9 @@ double dipole_F_dr(double eta)
 {
     if (eta >= 1.0)
         return -1.440 / (eta * eta) + 0.710 / eta + 0.668 + 0.0636 * eta;
-    return -0.4399 + 0.7099 / eta - 0.3319 / (eta * eta) + 0.0636 / (eta * eta * eta);
+    /* Nested: of the terms apart, each larger than the sum, twice as much rounding is left. */
+    double inverse = 1.0 / eta;
+    return -0.4399 + inverse * (0.7099 + inverse * (-0.3319 + inverse * 0.0636));
 }
 
 enum status dipole_A(double eta, double *ret)
@@ -95,4 +97,11 @@ double dipole_total(const struct dipole *d)
 {
     double s = sqrt(3.0 * d->absorbed);
     return 0.5 * d->alpha_prime * (1.0 + exp(-4.0 / 3.0 * d->A * s)) * exp(-s);
+}
+
+/* 1 - mu'/2 (e^-s + e^-v) with mu' = 1 - b: a sum of terms that are never negative. */
+double dipole_absorbed_share(const struct dipole *d)
+{
+    double s = sqrt(3.0 * d->absorbed), v = (1.0 + 4.0 / 3.0 * d->A) * s;
+    return d->absorbed - 0.5 * d->alpha_prime * (expm1(-s) + expm1(-v));
 }

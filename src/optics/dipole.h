@@ -62,4 +62,8 @@ void dipole_cumulative(const struct dipole *d, size_t n, const double *r_mm, dou
  * surface integral of R_d(r).  Cannot fail.  [paper] Eq. 9. */
 double dipole_total(const struct dipole *d);
 
+/* What does not come back, 1 - dipole_total(), with all its digits however little that
+ * is: the subtraction loses them as sigma_a -> 0.  Cannot fail. */
+double dipole_absorbed_share(const struct dipole *d);
+
 #endif

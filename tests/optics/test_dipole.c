@@ -314,6 +314,28 @@ static void test_in_place(void)
     dipole_cumulative(&d, 0, NULL, NULL);
 }
 
+/* expect: 1 - Eq. 9 in 60-digit decimals. */
+static const struct absorbed_case {
+    const char *what;
+    double sigma_a, sigma_s_prime, eta, expect;
+} absorbed_cases[] = {
+    { "nothing absorbs", 0.0, 5.0, 1.4, 0.0 },
+    { "next to nothing: 1 - R has one digit", 1e-16, 5.0, 1.4, 2.4532495779240772464e-8 },
+    { "little", 1e-12, 5.0, 1.4, 2.4532454019560911563e-6 },
+    { "moderate", 0.1, 1.0, 1.3, 0.68632078983537982016 },
+    { "nothing else", 1e12, 1e-6, 1.0, 1.0 },
+};
+
+static void test_absorbed_share_keeps_its_digits(void)
+{
+    for (size_t i = 0; i < sizeof absorbed_cases / sizeof *absorbed_cases; i++) {
+        const struct absorbed_case *c = &absorbed_cases[i];
+        struct dipole d;
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, dipole_init(c->sigma_a, c->sigma_s_prime, c->eta, &d));
+        assert_relative(2e-15, c->expect, dipole_absorbed_share(&d), c->what);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -328,5 +350,6 @@ int main(void)
     RUN_TEST(test_lengths_scale_out);
     RUN_TEST(test_extremes_stay_finite);
     RUN_TEST(test_in_place);
+    RUN_TEST(test_absorbed_share_keeps_its_digits);
     return UNITY_END();
 }

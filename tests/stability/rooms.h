@@ -1,0 +1,9 @@
+/* rooms.h - the studies of each room. */
+#ifndef SKINSPEC_TESTS_STABILITY_ROOMS_H
+#define SKINSPEC_TESTS_STABILITY_ROOMS_H
+
+#include "tests/stability/study.h"
+
+extern const struct study_room study_dipole, study_layers;
+
+#endif
