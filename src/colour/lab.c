@@ -18,31 +18,38 @@ static double f_forward(double t)
     return t > epsilon ? cbrt(t) : slope * t + offset;
 }
 
-static double f_inverse(double f)
+/* f(t) - f(u); where both are on the line its offset is left out, for in the dark it
+ * outweighs what is wanted. */
+static double f_difference(double t, double u)
 {
-    return f > delta ? f * f * f : (f - offset) / slope;
+    return t > epsilon || u > epsilon ? f_forward(t) - f_forward(u) : slope * (t - u);
 }
 
 void lab_from_xyz(const double XYZ[3], const double white[3], double Lab[3])
 {
-    double fx = f_forward(XYZ[0] / white[0]);
-    double fy = f_forward(XYZ[1] / white[1]);
-    double fz = f_forward(XYZ[2] / white[2]);
+    double x = XYZ[0] / white[0];
+    double y = XYZ[1] / white[1];
+    double z = XYZ[2] / white[2];
 
-    Lab[0] = 116.0 * fy - 16.0;
-    Lab[1] = 500.0 * (fx - fy);
-    Lab[2] = 200.0 * (fy - fz);
+    Lab[0] = y > epsilon ? 116.0 * cbrt(y) - 16.0 : 116.0 * slope * y; /* 16 = 116 offset */
+    Lab[1] = 500.0 * f_difference(x, y);
+    Lab[2] = 200.0 * f_difference(y, z);
+}
+
+/* f as such, and what it is above the line's offset: in the dark the latter has the digits. */
+static double f_inverse(double f, double above_offset)
+{
+    return f > delta ? f * f * f : above_offset / slope;
 }
 
 void lab_to_xyz(const double Lab[3], const double white[3], double XYZ[3])
 {
-    double fy = (Lab[0] + 16.0) / 116.0;
-    double fx = fy + Lab[1] / 500.0;
-    double fz = fy - Lab[2] / 200.0;
+    double f = (Lab[0] + 16.0) / 116.0, above = Lab[0] / 116.0;
+    double x = Lab[1] / 500.0, z = -Lab[2] / 200.0;
 
-    XYZ[0] = white[0] * f_inverse(fx);
-    XYZ[1] = white[1] * f_inverse(fy);
-    XYZ[2] = white[2] * f_inverse(fz);
+    XYZ[0] = white[0] * f_inverse(f + x, above + x);
+    XYZ[1] = white[1] * f_inverse(f, above);
+    XYZ[2] = white[2] * f_inverse(f + z, above + z);
 }
 
 void lab_to_lch(const double Lab[3], double LCh[3])

@@ -1,5 +1,6 @@
 /* rooms.c - all studies, in the order they are printed. */
 #include "tests/stability/rooms.h"
 
-const struct study_room *const study_rooms[] = { &study_dipole, &study_layers, &study_skin };
+const struct study_room *const study_rooms[] = { &study_dipole, &study_layers, &study_skin,
+                                                 &study_colour };
 const size_t study_room_count = sizeof study_rooms / sizeof *study_rooms;

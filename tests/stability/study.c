@@ -38,7 +38,9 @@ void cases_add(struct cases *c, const double *x)
         }
         c->x = more;
     }
-    memcpy(c->x + c->n++ * c->inputs, x, c->inputs * sizeof *x);
+    double *row = c->x + c->n++ * c->inputs;
+    for (size_t i = 0; i < c->inputs; i++)
+        row[i] = fabs(x[i]) < COUNTS_AS_ZERO ? 0.0 : x[i];
 }
 
 void cases_product(struct cases *c, const struct axis_of_cases *axis)

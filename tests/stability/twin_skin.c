@@ -63,7 +63,8 @@ struct twin_skin twin_skin_of(const wide *x)
     wide Cm = x[0], Bm = x[1], Ch = x[2], gamma = x[3], a = x[4], b = x[5], nm = x[6];
     struct twin_skin s;
     s.sigma_a1 = blend(Cm, blend(Bm, twin_eumelanin(nm), twin_pheomelanin(nm)), twin_base(nm));
-    s.sigma_a2 = blend(Ch, blend(gamma, twin_blood(nm, true), twin_blood(nm, false)), twin_base(nm));
+    s.sigma_a2 =
+        blend(Ch, blend(gamma, twin_blood(nm, true), twin_blood(nm, false)), twin_base(nm));
     if (w_is_zero(a)) {
         s.sigma_s1 = twin_scattering(nm);
         s.sigma_s2 = w_div(s.sigma_s1, w_int(2));

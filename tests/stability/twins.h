@@ -25,4 +25,20 @@ struct twin_skin {
 };
 struct twin_skin twin_skin_of(const wide *x);
 
+/* Colour.  XYZ, white, Lab, linear: three each; a pair of colours: x[6]. */
+void twin_lab(const wide *XYZ, const wide *white, wide *Lab);
+void twin_lab_to_xyz(const wide *Lab, const wide *white, wide *XYZ);
+wide twin_degrees(wide y, wide x); /* atan2 */
+wide twin_radians(wide degrees);
+wide twin_hue(wide a, wide b); /* 0 .. 360 degrees, 0 for grey */
+wide twin_chroma(wide a, wide b);
+void twin_bradford(const wide *XYZ, const wide *from, const wide *to, wide *ret);
+void twin_srgb_linear(const wide *XYZ, const wide *white, wide *linear);
+void twin_srgb_to_xyz(const wide *linear, wide *XYZ);
+wide twin_encode(wide linear);
+wide twin_decode(wide coded);
+wide twin_delta_e_ab(const wide *x);
+wide twin_delta_e_2000(const wide *x);
+wide twin_lightness(wide L1, wide L2);
+
 #endif
