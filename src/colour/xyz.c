@@ -104,15 +104,32 @@ static void lay_table(enum illuminant illuminant, enum observer observer, const 
     }
 }
 
+/* Sums of hundreds of terms go by blocks, whose own sums are then added: one long sum
+ * loses a digit and more by 1 nm.  Spectra by 10 nm are one block. */
+enum { BLOCK = 64 };
+
+/* sum(S ybar) over all that is tabulated. */
+static double luminance(enum illuminant illuminant, enum observer observer, int step_nm)
+{
+    const int block = 16; /* every weight has this sum's error */
+    double sum = 0.0;
+
+    for (int first = 0; first < CIE_CMF_N; first += block * step_nm) {
+        double part = 0.0;
+        for (int i = first; i < first + block * step_nm && i < CIE_CMF_N; i += step_nm)
+            part += illuminant_at(illuminant, CIE_CMF_FIRST_NM + i) * cie_cmf[observer][i][1];
+        sum += part;
+    }
+    return sum;
+}
+
 /* [CIE15] 7.1: X = k sum(S xbar R), k = 100 / sum(S ybar), over all that is
  * tabulated, whatever the grid: so folding cannot move the white. */
 static void lay_sum(enum illuminant illuminant, enum observer observer, const struct grid *g,
                     struct xyz_weights *w)
 {
-    double sum_Y = 0.0;
+    double sum_Y = luminance(illuminant, observer, g->step_nm);
 
-    for (int nm = CIE_CMF_FIRST_NM; nm <= CMF_LAST_NM; nm += g->step_nm)
-        sum_Y += illuminant_at(illuminant, nm) * cie_cmf[observer][nm - CIE_CMF_FIRST_NM][1];
     for (int nm = CIE_CMF_FIRST_NM; nm <= CMF_LAST_NM; nm += g->step_nm) {
         double S = illuminant_at(illuminant, nm) * 100.0 / sum_Y;
         double *to = band_at(w, g, nm);
@@ -121,14 +138,14 @@ static void lay_sum(enum illuminant illuminant, enum observer observer, const st
     }
 }
 
-/* The white, summed in the order measurements are: R = 1 gives it to the last bit. */
-static void sum_weights(struct xyz_weights *w)
+/* As a measurement of R = 1, which then gives it to the last bit. */
+static void set_white(struct xyz_weights *w)
 {
-    for (int k = 0; k < 3; k++) {
-        w->white[k] = 0.0;
-        for (size_t i = 0; i < w->n; i++)
-            w->white[k] += w->weight[i][k];
-    }
+    double ones[SPECTRUM_MAX_BANDS];
+
+    for (size_t i = 0; i < w->n; i++)
+        ones[i] = 1.0;
+    xyz_from_reflectance(w, ones, w->white);
 }
 
 enum status xyz_weights_init(enum illuminant illuminant, enum observer observer, double first_nm,
@@ -151,7 +168,7 @@ enum status xyz_weights_init(enum illuminant illuminant, enum observer observer,
         lay_table(illuminant, observer, &g, ret);
     else
         lay_sum(illuminant, observer, &g, ret);
-    sum_weights(ret);
+    set_white(ret);
     return STATUS_OK;
 }
 
@@ -159,10 +176,17 @@ void xyz_from_reflectance(const struct xyz_weights *w, const double *value, doub
 {
     double X = 0.0, Y = 0.0, Z = 0.0;
 
-    for (size_t i = 0; i < w->n; i++) {
-        X += w->weight[i][0] * value[i];
-        Y += w->weight[i][1] * value[i];
-        Z += w->weight[i][2] * value[i];
+    for (size_t first = 0; first < w->n; first += BLOCK) {
+        size_t past = w->n - first < BLOCK ? w->n : first + BLOCK;
+        double x = 0.0, y = 0.0, z = 0.0;
+        for (size_t i = first; i < past; i++) {
+            x += w->weight[i][0] * value[i];
+            y += w->weight[i][1] * value[i];
+            z += w->weight[i][2] * value[i];
+        }
+        X += x;
+        Y += y;
+        Z += z;
     }
     XYZ[0] = X;
     XYZ[1] = Y;

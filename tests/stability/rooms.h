@@ -4,6 +4,6 @@
 
 #include "tests/stability/study.h"
 
-extern const struct study_room study_dipole, study_layers, study_skin, study_colour;
+extern const struct study_room study_dipole, study_layers, study_skin, study_xyz, study_colour;
 
 #endif

@@ -2,6 +2,7 @@
 #ifndef SKINSPEC_TESTS_STABILITY_TWINS_H
 #define SKINSPEC_TESTS_STABILITY_TWINS_H
 
+#include "colour/cie_tables.h"
 #include "tests/stability/wide.h"
 
 wide twin_F_dr(wide eta);
@@ -40,5 +41,12 @@ wide twin_decode(wide coded);
 wide twin_delta_e_ab(const wide *x);
 wide twin_delta_e_2000(const wide *x);
 wide twin_lightness(wide L1, wide L2);
+
+/* XYZ of a spectrum, of white, and the sums of the terms' magnitudes. */
+struct twin_xyz {
+    wide XYZ[3], white[3], size[3], white_size[3];
+};
+struct twin_xyz twin_xyz_of(enum illuminant illuminant, enum observer observer, int first_nm,
+                            int step_nm, size_t n, const double *value);
 
 #endif

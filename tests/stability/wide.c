@@ -122,6 +122,11 @@ UNARY(w_log, mpfr_log)
 UNARY(w_sin, mpfr_sin)
 UNARY(w_cos, mpfr_cos)
 
+void w_add_to(wide sum, wide x)
+{
+    mpfr_add(sum, sum, x, MPFR_RNDN);
+}
+
 bool w_less(wide x, wide y)
 {
     return mpfr_less_p(x, y) != 0;

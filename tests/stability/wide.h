@@ -29,6 +29,7 @@ wide w_two_to(long exponent);
 wide w_pi(void);
 
 wide w_add(wide x, wide y);
+void w_add_to(wide sum, wide x); /* in place: what x was made of may be released */
 wide w_sub(wide x, wide y);
 wide w_mul(wide x, wide y);
 wide w_div(wide x, wide y);
