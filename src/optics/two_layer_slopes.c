@@ -185,9 +185,16 @@ static struct pair diffuse_pair(const struct junction *j)
     double K = j->m2 - P * (1.0 - r);
     double by_e = P_by * f + P * f_V * V_by - j->T / M * (K + (1.0 - r) * P_by + K * (M_by / M));
 
-    /* d dR/dd is the sum of sigma and e times theirs, and sigma is nearly all of x here. */
-    double by_d = (j->b2 * j->mu1 - j->b1 * j->mu2) * (j->T + j->phi) / M;
-    return (struct pair){ by_e, (by_d - j->b1 * by_e) / j->mu1 };
+    /* By sigma P changes by -2e/(sigma-2e)^2 only, and V by next to nothing as well; so does K,
+     * here without the ones that m2 and P have in common. */
+    double P_less_1 = 2.0 * j->b1 / rest, P_by_sigma = -P_less_1 / rest / x;
+    double V_by_sigma = 3.0 * e * t_fall * contrast - r * t * (r + 3.0 * e * t);
+    V_by_sigma /= below * below;
+    K = (2.0 * j->b2 - (1.0 - r * r) * P_less_1) / (1.0 + r);
+    double M_by_sigma = 3.0 * e * M_q + S * r;
+    double by_sigma = P_by_sigma * f + P * f_V * V_by_sigma -
+                      j->T / M * (K + (1.0 - r) * P_by_sigma + K * (M_by_sigma / M));
+    return (struct pair){ by_e, by_sigma };
 }
 
 /* ---- any other layer: y > 1/4 ----------------------------------------------------------- */

@@ -127,7 +127,7 @@ static double agreement(const struct study *s, const wide *x, const wide *y, con
         if (mpfr_inf_p(y[j]) != 0 && mpfr_equal_p(y[j], wider[j]) != 0)
             continue;
         wide off = w_abs(w_sub(wider[j], y[j])), scale = w_max(w_abs(wider[j]), sum[j]);
-        if (w_is_zero(off))
+        if (w_is_zero(off) || w_less(off, w(COUNTS_AS_ZERO)))
             continue;
         double bits = -INFINITY;
         if (!w_is_zero(scale) && mpfr_number_p(scale) != 0 && mpfr_number_p(off) != 0)
@@ -138,8 +138,14 @@ static double agreement(const struct study *s, const wide *x, const wide *y, con
     return least;
 }
 
+void study_print_case(const struct study *s, const double *x, FILE *to)
+{
+    for (size_t i = 0; i < study_input_count(s); i++)
+        fprintf(to, " %s %.17g", s->input[i], x[i]);
+}
+
 static void judge_output(const struct study *s, const double *x, const double *ours, size_t j,
-                         wide exact, wide sum, struct verdict *v)
+                         wide exact, wide sum, FILE *misses, struct verdict *v)
 {
     double ulp = error_ulp(ours[j], exact, sum);
     double condition = 1.0;
@@ -147,6 +153,12 @@ static void judge_output(const struct study *s, const double *x, const double *o
         condition = w_double(w_div(sum, w_abs(exact)));
     double judged = ulp / fmax(1.0, condition);
     v->most_ulp = fmax(v->most_ulp, ulp);
+    if (misses != NULL && judged > s->bar) {
+        fprintf(misses, "%s %s:", s->name, s->output[j]);
+        study_print_case(s, x, misses);
+        fprintf(misses, ": %.17g for %.17g, %.3g ulp, condition %.3g\n", ours[j], w_double(exact),
+                ulp, condition);
+    }
     if (!(judged > v->judged) && v->judged >= 0.0)
         return;
     memcpy(v->x, x, study_input_count(s) * sizeof *x);
@@ -159,7 +171,8 @@ static void judge_output(const struct study *s, const double *x, const double *o
 }
 
 /* The condition costs many times the value: only where the error alone is the worst. */
-static void judge(const struct study *s, const double *x, bool check, struct verdict *v)
+static void judge(const struct study *s, const double *x, bool check, FILE *misses,
+                  struct verdict *v)
 {
     size_t outputs = study_output_count(s);
     double ours[STUDY_OUTPUTS];
@@ -175,26 +188,34 @@ static void judge(const struct study *s, const double *x, bool check, struct ver
         X[i] = w(x[i]);
     s->twin(X, Y);
     for (size_t j = 0; j < outputs; j++)
-        worst = worst || error_ulp(ours[j], Y[j], Y[j]) > v->judged;
+        worst = worst ||
+                error_ulp(ours[j], Y[j], Y[j]) > (misses ? fmin(v->judged, s->bar) : v->judged);
     if (worst) {
         sensitivity(s, X, sum);
         for (size_t j = 0; j < outputs; j++)
-            judge_output(s, x, ours, j, Y[j], sum[j], v);
+            judge_output(s, x, ours, j, Y[j], sum[j], misses, v);
     } else {
         for (size_t j = 0; j < outputs; j++)
             v->most_ulp = fmax(v->most_ulp, error_ulp(ours[j], Y[j], Y[j]));
     }
-    if (check)
-        v->twin_bits = fmin(v->twin_bits, agreement(s, X, Y, sum));
+    if (check) {
+        double bits = agreement(s, X, Y, sum);
+        v->twin_bits = fmin(v->twin_bits, bits);
+        if (misses != NULL && bits < STUDY_TWIN_BITS) {
+            fprintf(misses, "%s: the twin itself holds %.0f bits at", s->name, bits);
+            study_print_case(s, x, misses);
+            fprintf(misses, "\n");
+        }
+    }
     wide_release(mark);
 }
 
-struct verdict study_run(const struct study *s, size_t every)
+struct verdict study_run(const struct study *s, size_t every, FILE *misses)
 {
     struct verdict v = { .judged = -1.0, .twin_bits = WIDE_BITS };
     struct cases c = cases_of(s);
     for (size_t i = 0; i < c.n; i += every)
-        judge(s, c.x + i * c.inputs, i / every % CHECK_EVERY == 0, &v);
+        judge(s, c.x + i * c.inputs, i / every % CHECK_EVERY == 0, misses, &v);
     free(c.x);
     v.met = v.judged >= 0.0 && v.judged <= s->bar && v.twin_bits >= STUDY_TWIN_BITS;
     return v;

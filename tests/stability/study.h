@@ -12,11 +12,12 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdio.h>
 
 #include "tests/stability/wide.h"
 #include "tests/support/dice.h"
 
-enum { STUDY_INPUTS = 12, STUDY_OUTPUTS = 6 };
+enum { STUDY_INPUTS = 12, STUDY_OUTPUTS = 8 };
 enum { STUDY_TWIN_BITS = 90 }; /* a twin must hold so many */
 
 /* Inputs to be tried, row after row. */
@@ -62,8 +63,9 @@ struct verdict {
     bool met;
 };
 
-/* All cases, or every `every`th. */
-struct verdict study_run(const struct study *s, size_t every);
+/* All cases, or every `every`th; each that misses the bar is printed to misses (NULL: none). */
+struct verdict study_run(const struct study *s, size_t every, FILE *misses);
+void study_print_case(const struct study *s, const double *x, FILE *to);
 
 /* Our outputs alone, case after case, NAN where refused: what builds are compared by. */
 double *study_outputs(const struct study *s, size_t *n);

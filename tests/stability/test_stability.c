@@ -22,7 +22,7 @@ static void test_every_study_meets_its_bar(void)
     for (size_t i = 0; i < study_room_count; i++) {
         for (size_t j = 0; j < study_rooms[i]->n; j++) {
             const struct study *s = &study_rooms[i]->studies[j];
-            struct verdict v = study_run(s, EVERY);
+            struct verdict v = study_run(s, EVERY, NULL);
             char what[256];
             snprintf(what, sizeof what, "%s: %g of %g ulp, %s %.17g for %.17g; twin %g bits",
                      s->name, v.judged, s->bar, s->output[v.output], v.ours, v.exact, v.twin_bits);
@@ -94,7 +94,7 @@ static struct verdict verdict_on(bool (*ours)(const double *, double *),
                                  void (*cases)(struct cases *), void (*twin)(const wide *, wide *))
 {
     struct study s = { "known", { "x" }, 1, { "y" }, 8.0, ours, twin, cases, NULL };
-    return study_run(&s, 1);
+    return study_run(&s, 1, NULL);
 }
 
 static void test_a_right_function_is_met(void)
