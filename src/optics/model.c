@@ -7,6 +7,7 @@
 #include "optics/kubelka_munk.h"
 #include "optics/monte_carlo.h"
 #include "optics/paper.h"
+#include "optics/transport.h"
 #include "optics/two_layer.h"
 
 const struct model model_list[MODEL_COUNT] = {
@@ -48,6 +49,38 @@ const struct model model_list[MODEL_COUNT] = {
         .has_thickness = true,
         .reflectance = monte_carlo_reflectance,
         .slopes = monte_carlo_slopes,
+    },
+    {
+        .name = "transport-4",
+        .summary = "epidermis over dermis, radiative transfer with 4 streams",
+        .trust = "rms 0.004 in R against 64 streams, worst 0.007",
+        .has_thickness = true,
+        .reflectance = transport_4_reflectance,
+        .slopes = transport_4_slopes,
+    },
+    {
+        .name = "transport-8",
+        .summary = "epidermis over dermis, radiative transfer with 8 streams",
+        .trust = "rms 0.001 in R against 64 streams, worst 0.0015",
+        .has_thickness = true,
+        .reflectance = transport_8_reflectance,
+        .slopes = transport_8_slopes,
+    },
+    {
+        .name = "transport-16",
+        .summary = "epidermis over dermis, radiative transfer with 16 streams",
+        .trust = "rms 1.4e-4 in R against 64 streams, worst 2.3e-4",
+        .has_thickness = true,
+        .reflectance = transport_16_reflectance,
+        .slopes = transport_16_slopes,
+    },
+    {
+        .name = "transport-32",
+        .summary = "epidermis over dermis, radiative transfer with 32 streams",
+        .trust = "rms 2e-5 in R against 64 streams, worst 4e-5",
+        .has_thickness = true,
+        .reflectance = transport_32_reflectance,
+        .slopes = transport_32_slopes,
     },
 };
 

@@ -33,7 +33,7 @@ struct model {
     enum model_quick quick;
 };
 
-enum { MODEL_COUNT = 5 };
+enum { MODEL_COUNT = 9 };
 extern const struct model model_list[MODEL_COUNT];
 
 /* NULL where there is no model of that name. */

@@ -27,8 +27,9 @@ static const struct model_case {
     const char *name;
     bool spectral, has_thickness;
 } model_cases[] = {
-    { "paper", false, false },   { "half-space", true, false }, { "kubelka-munk", true, true },
-    { "two-layer", true, true }, { "monte-carlo", true, true },
+    { "paper", false, false },     { "half-space", true, false },  { "kubelka-munk", true, true },
+    { "two-layer", true, true },   { "monte-carlo", true, true },  { "transport-4", true, true },
+    { "transport-8", true, true }, { "transport-16", true, true }, { "transport-32", true, true },
 };
 
 static void test_list(void)

@@ -23,6 +23,7 @@ Arrays carry their cases (wavelengths, tissues) in the leading axes.
     transport.py --check [FOLDER]     compare with published figures
     transport.py --convergence        change with the number of directions
     transport.py --table FILE         write transport_64.csv
+    transport.py --skins FILE         write transport_skins.csv
 """
 
 import argparse
@@ -307,6 +308,23 @@ def write_table(path, table):
           % (path, len(spectra), NODES // 2, NODES, change))
 
 
+def write_skins(path, table, count=60):
+    """transport_skins.csv: random skins, seeded, with 64 directions.  Blood and
+    thickness spread by their logarithms."""
+    rng = np.random.default_rng(20140401)
+    q = quadrature(count=NODES)
+    with open(path, "w") as f:
+        f.write("# Diffuse reflectance of random two-layer skins, as in transport_64.csv, %d directions.\n"
+                "# Made by: tests/reference/transport.py --skins tests/reference/transport_skins.csv\n" % NODES)
+        f.write(",".join(["Cm", "Bm", "Ch", "epidermis_mm"] + ["%d" % nm for nm in BANDS]) + "\n")
+        for _ in range(count):
+            Cm, Bm = 0.5 * rng.random() ** 2, rng.random()
+            Ch, d_mm = 10.0 ** rng.uniform(-3.0, -1.0), 10.0 ** rng.uniform(-1.7, -0.7)
+            values = [float("%.6g" % x) for x in (Cm, Bm, Ch, d_mm)]
+            R = skin(*values, BANDS, table, q)
+            f.write(",".join(["%.6g" % x for x in values] + ["%.8f" % x for x in R]) + "\n")
+
+
 # --- Checks ------------------------------------------------------------------
 
 def check_grid(folder):
@@ -389,12 +407,15 @@ def main():
     task.add_argument("--convergence", action="store_true",
                       help="change with the number of directions")
     task.add_argument("--table", metavar="FILE", help="write transport_64.csv")
+    task.add_argument("--skins", metavar="FILE", help="write transport_skins.csv")
     options = parser.parse_args()
     if options.check:
         return check(options.check)
     table = read_haemoglobin()
     if options.convergence:
         show_convergence(table)
+    elif options.skins:
+        write_skins(options.skins, table)
     else:
         write_table(options.table, table)
     return 0
