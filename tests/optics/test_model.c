@@ -134,6 +134,34 @@ static void test_spectral_models_behave(void)
     }
 }
 
+/* Property: slopes come with the R of reflectance(), and keep to the identity of optics/slopes.h.
+ */
+static void test_slopes(void)
+{
+    struct tissue t = tissue_of(0.1, 0.5, 0.05);
+    struct medium m;
+    double R[BANDS], again[BANDS], slope[SLOPES_SCRATCH(BANDS)];
+    struct slopes dR = slopes_in(slope, BANDS);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, tissue_medium(&t, &chromophores, scratch, &m));
+    for (size_t i = 0; i < MODEL_COUNT; i++) {
+        if (model_list[i].slopes == NULL)
+            continue;
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, model_list[i].reflectance(&m, R));
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, model_list[i].slopes(&m, again, &dR));
+        TEST_ASSERT_EQUAL_MEMORY_MESSAGE(R, again, sizeof R, model_list[i].name);
+        for (size_t k = 0; k < BANDS; k++) {
+            double sum = m.sigma_a_epidermis[k] * dR.sigma_a_epidermis[k] +
+                         m.sigma_a_dermis[k] * dR.sigma_a_dermis[k] +
+                         m.sigma_s_prime_epidermis[k] * dR.sigma_s_prime_epidermis[k] +
+                         m.sigma_s_prime_dermis[k] * dR.sigma_s_prime_dermis[k];
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(
+                1e-10 * R[k], sum, m.epidermis_mm * dR.epidermis_mm[k], model_list[i].name);
+            TEST_ASSERT_TRUE_MESSAGE(dR.sigma_a_epidermis[k] < 0.0 && dR.sigma_a_dermis[k] < 0.0,
+                                     model_list[i].name);
+        }
+    }
+}
+
 /* The paper's model gives a colour instead. */
 static void test_rgb_model(void)
 {
@@ -152,6 +180,7 @@ int main(void)
     RUN_TEST(test_reflectance_is_the_models_own);
     RUN_TEST(test_refusals);
     RUN_TEST(test_spectral_models_behave);
+    RUN_TEST(test_slopes);
     RUN_TEST(test_rgb_model);
     return UNITY_END();
 }
