@@ -23,6 +23,7 @@ struct model {
     const char *summary; /* one line for --help */
     const char *trust;   /* how far to believe it */
     bool has_thickness;  /* whether epidermis_mm changes the answer */
+    enum model_quick quick;
 
     /* Just one of these two is there; NULL means the model cannot. */
     enum status (*reflectance)(const struct medium *m, double *R); /* R[m->n] */
@@ -30,7 +31,6 @@ struct model {
     /* R as reflectance() gives it, to the last bit, and its derivatives: optics/slopes.h.
      * NULL for a model without. */
     enum status (*slopes)(const struct medium *m, double *R, const struct slopes *dR);
-    enum model_quick quick;
 };
 
 enum { MODEL_COUNT = 9 };

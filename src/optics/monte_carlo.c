@@ -40,7 +40,8 @@ static struct monte_carlo_mean mean_of(struct moments m, uint64_t photons, doubl
 {
     double n = (double)photons, mean = m.sum / n;
     double variance = fmax(0.0, m.squares / n - mean * mean) / (n - 1.0);
-    return (struct monte_carlo_mean){ mean * factor, sqrt(variance) * fabs(factor) };
+    double error = sqrt(variance) * fabs(factor);
+    return (struct monte_carlo_mean){ mean * factor, error };
 }
 
 struct job {
