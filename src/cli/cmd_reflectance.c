@@ -18,7 +18,8 @@ enum { OPTION_MODEL = OPTION_OWN, OPTION_PHOTONS, OPTION_SEED };
 
 static const struct argp_option options[] = {
     { "model", OPTION_MODEL, "M", 0,
-      "two-layer (the default), half-space, kubelka-munk or monte-carlo", 0 },
+      "two-layer (the default), half-space, kubelka-munk, transport-4, -8, -16, -32 or monte-carlo",
+      0 },
     OPTION_ROWS_SKIN,
     OPTION_ROWS_TISSUE,
     OPTION_ROW_ETA,

@@ -27,8 +27,8 @@
 enum { OPTION_MODEL = OPTION_OWN, OPTION_OUT, OPTION_RTREE, OPTION_RGB_AS };
 
 static const struct argp_option build_options[] = {
-    { "model", OPTION_MODEL, "M", 0, "two-layer, half-space, kubelka-munk, monte-carlo or paper",
-      0 },
+    { "model", OPTION_MODEL, "M", 0,
+      "two-layer, half-space, kubelka-munk, transport-4, -8, -16, -32, monte-carlo or paper", 0 },
     { "out", OPTION_OUT, "FILE", 0, "The file to make; table-NAME.db is then found as NAME", 0 },
     { "cm", OPTION_CM, "LO:HI:N", 0, "Melanin axis (log:0.001:0.5:50), within 0..0.5", 0 },
     { "bm", OPTION_BM, "LO:HI:N", 0, "Blend axis (0:1:21), within 0..1", 0 },
