@@ -1,8 +1,15 @@
-/* dense.c - products, Cholesky's factors and what they solve. */
+/* dense.c - products, Cholesky's factors and what they solve.
+ *
+ * Inner loops run along rows, where nothing is summed up; products, which take most of the time,
+ * keep their sums in registers two at a time.  No sum is reordered: the same bits everywhere. */
 #include "optics/dense.h"
 
 #include <math.h>
 #include <string.h>
+
+/* Two numbers worked on as one, which every x86-64 and ARM64 can; gcc and clang do it by hand
+ * elsewhere. */
+typedef double pair __attribute__((vector_size(16)));
 
 /* y += f x */
 static void add_row(int n, double f, const double *restrict x, double *restrict y)
@@ -16,33 +23,49 @@ static void clear(int n, double *x)
     memset(x, 0, (size_t)n * sizeof *x);
 }
 
+/* Two rows and four columns of a product, C[r][c] = sum over k of f[k step + r row] x[k n + c], in
+ * registers. */
+static void sum_block(int n, const double *f, int row, int step, const double *x, double *C)
+{
+    pair a0 = { 0.0 }, a1 = { 0.0 }, b0 = { 0.0 }, b1 = { 0.0 };
+    for (int k = 0; k < n; k++) {
+        pair x0, x1;
+        memcpy(&x0, x + k * n, sizeof x0);
+        memcpy(&x1, x + k * n + 2, sizeof x1);
+        double a = f[k * step], b = f[k * step + row];
+        a0 += a * x0;
+        a1 += a * x1;
+        b0 += b * x0;
+        b1 += b * x1;
+    }
+    memcpy(C, &a0, sizeof a0);
+    memcpy(C + 2, &a1, sizeof a1);
+    memcpy(C + n, &b0, sizeof b0);
+    memcpy(C + n + 2, &b1, sizeof b1);
+}
+
 void dense_multiply(int n, const double *A, const double *B, double *C)
 {
-    for (int i = 0; i < n; i++) {
-        clear(n, C + i * n);
-        for (int k = 0; k < n; k++)
-            add_row(n, A[i * n + k], B + k * n, C + i * n);
-    }
+    for (int i = 0; i < n; i += 2)
+        for (int j = 0; j < n; j += 4)
+            sum_block(n, A + i * n, n, 1, B + j, C + i * n + j);
 }
 
 void dense_gram(int n, const double *A, double *C)
 {
-    clear(n * n, C);
-    for (int k = 0; k < n; k++)
-        for (int i = 0; i < n; i++)
-            add_row(n - i, A[k * n + i], A + k * n + i, C + i * n + i);
+    for (int i = 0; i < n; i += 2)
+        for (int j = i & ~3; j < n; j += 4)
+            sum_block(n, A + i, 1, n, A + j, C + i * n + j);
     for (int i = 1; i < n; i++)
         for (int j = 0; j < i; j++)
             C[i * n + j] = C[j * n + i];
 }
 
-void dense_cholesky(int n, double least, double *A)
+void dense_factor(int n, double least, double *A)
 {
     for (int k = 0; k < n; k++) {
         double *row = A + k * n;
-        double root = sqrt(fmax(row[k], least));
-        /* A pivot of 0 belongs to a row of zeros. */
-        double over = root > 0.0 ? 1.0 / root : 0.0;
+        double root = sqrt(fmax(row[k], least)), over = 1.0 / root;
         clear(k, row);
         row[k] = root;
         for (int j = k + 1; j < n; j++)

@@ -1,7 +1,6 @@
 /* dense.h - the few things the transport models do with small square matrices.
  *
- * n rows of n, one after the other; n is some tens at most, so nothing is blocked.  Every inner
- * loop runs along a row, which a compiler vectorises without reordering a sum. */
+ * n rows of n, one after the other; n is a multiple of 4 and some tens at most. */
 #ifndef SKINSPEC_OPTICS_DENSE_H
 #define SKINSPEC_OPTICS_DENSE_H
 
@@ -11,9 +10,10 @@ void dense_multiply(int n, const double *A, const double *B, double *C);
 /* C = A^T A, both halves. */
 void dense_gram(int n, const double *A, double *C);
 
-/* U with U^T U = A for a symmetric A of which the upper half is read; U takes its place, with
- * zeros below.  Exact A would have no pivot below `least`; rounding may, and is put right. */
-void dense_cholesky(int n, double least, double *A);
+/* U with U^T U = A for a positive symmetric A of which the upper half is read; U takes its place,
+ * with zeros below.  Exact A would have no pivot below `least`; where rounding makes one, it is put
+ * right. */
+void dense_factor(int n, double least, double *A);
 
 /* x = (U^T U)^-1 x. */
 void dense_solve(int n, const double *U, double *x);

@@ -1,6 +1,7 @@
 /* layers.c - from below upwards: what a stack lets in; downwards again: the light at its borders.
  *
- * Matrices are kept as factors, B = F^T F, so that rounding cannot make one negative. */
+ * What is under the lowest layer comes as a factor, B = F^T F, so that rounding cannot make it
+ * negative where nothing absorbs above and below. */
 #include "optics/layers.h"
 
 #include <math.h>
@@ -82,33 +83,46 @@ static void crossing(int n, struct layer *l, const double *B, double *U)
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++)
             U[i * n + j] = (i == j ? 1.0 : 0.0) + root[i] * B[i * n + j] * root[j];
-    dense_cholesky(n, 1.0, U);
+    dense_factor(n, 1.0, U);
     dense_inverse(n, U, l->down);
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++)
             l->down[i * n + j] *= root[i] / root[j];
 }
 
-/* F from under a layer to its top. */
-static void rise(const struct streams *s, struct layer *l,
+static void transpose(int n, const double *A, double *T)
+{
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            T[j * n + i] = A[i * n + j];
+}
+
+/* B from under a layer to its top, in and out in scratch[0]. */
+static void rise(int n, struct layer *l, bool is_factor,
                  double (*scratch)[STREAMS_MAX * STREAMS_MAX])
 {
-    int n = s->n;
     double tanh_k[STREAMS_MAX];
-    double *F = scratch[0], *Z = scratch[1], *B = scratch[2], *W = scratch[3];
+    double *B = scratch[0], *Z = scratch[1], *seen = scratch[2], *W = scratch[3];
+    const double *V = l->modes.V;
     decay(n, l, tanh_k);
-    dense_multiply(n, F, l->modes.V, Z);
-    dense_gram(n, Z, B);
-    crossing(n, l, B, W);
-    dense_multiply(n, B, l->down, W);
-    for (int i = 0; i < n; i++)
+    dense_multiply(n, B, V, Z); /* seen = V^T B V */
+    if (is_factor) {
+        dense_gram(n, Z, seen);
+    } else {
+        transpose(n, V, W);
+        dense_multiply(n, W, Z, seen);
+    }
+    crossing(n, l, seen, W);
+    dense_multiply(n, seen, l->down, W);
+    for (int i = 0; i < n; i++) {
         for (int j = i; j < n; j++)
             W[i * n + j] = (i == j ? tanh_k[i] : 0.0) + l->E[i] * W[i * n + j] * l->E[j];
-    dense_cholesky(n, 0.0, W);
-    for (int m = 0; m < n; m++) /* back to directions: F = W V^T */
-        for (int i = 0; i < n; i++)
-            Z[m * n + i] = l->modes.V[i * n + m];
-    dense_multiply(n, W, Z, F);
+        for (int j = 0; j < i; j++)
+            W[i * n + j] = W[j * n + i];
+    }
+    dense_multiply(n, V, W, Z); /* B = V W V^T */
+    transpose(n, V, W);
+    dense_multiply(n, Z, W, B);
 }
 
 /* ---- downwards ------------------------------------------------------------------ */
@@ -150,23 +164,30 @@ void layers_solve(const struct streams *s, struct layers *l)
 {
     int n = s->n;
     double light[STREAMS_MAX] = { 0 }, adjoint[STREAMS_MAX];
-    double *F = l->scratch[0], *Q = l->scratch[1];
+    double *Q = l->scratch[0];
     int i = l->count - 1;
+    bool is_factor = true;
     if (isinf(l->layer[i].tau))
-        endless_factor(n, &l->layer[i--].modes, F);
+        endless_factor(n, &l->layer[i--].modes, Q);
     else
-        surface_factor(s, F);
-    for (; i >= 0; i--)
-        if (l->layer[i].tau > 0.0)
-            rise(s, &l->layer[i], l->scratch);
+        surface_factor(s, Q);
+    for (; i >= 0; i--) {
+        if (l->layer[i].tau > 0.0) {
+            rise(n, &l->layer[i], is_factor, l->scratch);
+            is_factor = false;
+        }
+    }
+    if (is_factor) {
+        dense_gram(n, Q, l->scratch[1]);
+        Q = l->scratch[1];
+    }
     /* At the surface (g/mu + B) s = what enters; the adjoint is lit where light escapes. */
-    dense_gram(n, F, Q);
     for (int j = 0; j < n; j++) {
         Q[j * n + j] += escape(s, j) / s->mu[j];
         adjoint[j] = escape(s, j) * sqrt(s->w[j]);
     }
     light[n - 1] = 2.0 * s->entering / ((1.0 + s->inside[n - 1]) * sqrt(s->w[n - 1]));
-    dense_cholesky(n, 0.0, Q);
+    dense_factor(n, 0.0, Q);
     dense_solve(n, Q, light);
     dense_solve(n, Q, adjoint);
     pass_down(s, l, light, adjoint);

@@ -91,16 +91,6 @@ static void lay(int n, double low, double high, double *x, double *w)
     }
 }
 
-/* Their sum is 1 but for rounding; what scatters without loss depends on it. */
-static void even_out(int n, double *w)
-{
-    double sum = 0.0;
-    for (int i = 0; i < n; i++)
-        sum += w[i];
-    for (int i = 0; i < n; i++)
-        w[i] /= sum;
-}
-
 static double fresnel_inside(double mu, double eta)
 {
     double outside2 = 1.0 - eta * eta * (1.0 - mu) * (1.0 + mu);
@@ -114,7 +104,7 @@ static double fresnel_inside(double mu, double eta)
 
 enum status streams_init(int n, double eta, struct streams *ret)
 {
-    if (n < 2 || n > STREAMS_MAX || n % 2 != 0 ||
+    if (n < 4 || n > STREAMS_MAX || n % 4 != 0 ||
         !(eta > DIPOLE_ETA_ABOVE && eta < DIPOLE_ETA_BELOW))
         return STATUS_RANGE;
     struct streams *s = ret;
@@ -125,7 +115,6 @@ enum status streams_init(int n, double eta, struct streams *ret)
     radau(n - below, s->mu + below, s->w + below);
     lay(n - below, mu_c, 1.0, s->mu + below, s->w + below);
     s->mu[n - 1] = 1.0;
-    even_out(n, s->w);
     s->n = n;
     s->eta = eta;
     s->entering = 1.0 - dipole_Rs(eta);

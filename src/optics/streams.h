@@ -23,8 +23,8 @@ struct streams {
     double entering;            /* 1 - Rs: what comes in of light along the normal */
 };
 
-/* n even, 2 .. STREAMS_MAX; eta within the limits of optics/dipole.h, so that every model
- * takes the same skins.  STATUS_RANGE else, with *ret untouched. */
+/* n a multiple of 4, 4 .. STREAMS_MAX; eta within the limits of optics/dipole.h, so that every
+ * model takes the same skins.  STATUS_RANGE else, with *ret untouched. */
 enum status streams_init(int n, double eta, struct streams *ret);
 
 #endif

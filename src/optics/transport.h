@@ -25,7 +25,7 @@
 
 enum { TRANSPORT_STREAMS_MAX = 64, TRANSPORT_LAYERS_MAX = 8 };
 
-/* Epidermis over endless dermis: R[m->n], 0 .. 1, for an even number of streams, 2 ..
+/* Epidermis over endless dermis: R[m->n], 0 .. 1; streams a multiple of 4, 4 ..
  * TRANSPORT_STREAMS_MAX.  STATUS_RANGE with R untouched where a coefficient or eta is outside the
  * limits of optics/dipole.h, or the thickness outside tissue.h's. */
 enum status transport_reflectance(int streams, const struct medium *m, double *R);

@@ -59,10 +59,10 @@ static const struct skins_case {
     int streams;
     double rms, most;
 } skins_cases[] = {
-    { 4, 0.005, 0.008 },
+    { 4, 0.005, 0.0075 },
     { 8, 0.0011, 0.0018 },
     { 16, 1.7e-4, 2.8e-4 },
-    { 32, 2.4e-5, 4.0e-5 },
+    { 32, 2.0e-5, 3.0e-5 },
 };
 
 /* The reference: tests/reference/transport_skins.csv, 64 directions by
