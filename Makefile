@@ -44,6 +44,10 @@ mock_c  := $(wildcard tests/sim/mock/*.c)
 fuzz_c  := $(wildcard tests/fuzz/*.c)
 # High-precision twins, and the program that holds our functions against them.
 stability_c := $(filter-out tests/stability/test_%,$(wildcard tests/stability/*.c))
+accuracy_c := $(wildcard tests/accuracy/*.c)
+accuracy_data = $(patsubst %,$(BUILD)/accuracy/%.csv,white-half-space white-two-layer coverage-half-space coverage-two-layer \
+           placement-half-space placement-two-layer true-half-space true-two-layer SO2-two-layer thin-two-layer \
+           thick-two-layer dermis-two-layer)
 bench_c := $(wildcard tests/bench/*.c tests/match/bench.c tests/store/bench.c)
 new_driver := $(wildcard tests/new_driver/drivers/*/*.[ch] tests/new_driver/drivers/*/tests/*.[ch])
 all_h   := $(wildcard src/*.h src/*/*.h db/*.h drivers/*.h drivers/*/*.h drivers/*/tests/*.h tests/*/*.h tests/*/*/*.h)
@@ -68,12 +72,12 @@ daemon  := $(BUILD)/skinspecd
 simhost := $(if $(wildcard tests/sim/mock/host.c),$(BUILD)/simhost)
 tables  := $(BUILD)/tables/table-two-layer.db $(BUILD)/tables/table-paper.db
 
-.PHONY: FORCE help all demo test test-new-driver test-fuzz test-faults faults-asan test-kill test-soak soak bench stability asan \
+.PHONY: FORCE help all demo test test-new-driver test-fuzz test-faults faults-asan test-kill test-soak soak bench accuracy stability asan \
         cover lint format docs install clean need-build need-test need-fuzz need-faults need-stability need-lint
 .DELETE_ON_ERROR:
 # Kept, though only an implicit rule asks for them.  No others: a secondary object that is not there yet
 # does not make its program anew where its source is older than that, as one that was copied may be.
-.SECONDARY: $(call objects,$(tests_c) $(own_tests_c) $(fuzz_c) $(stability_c) $(bench_c))
+.SECONDARY: $(call objects,$(tests_c) $(own_tests_c) $(fuzz_c) $(stability_c) $(bench_c) $(accuracy_c))
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -162,12 +166,35 @@ $(BUILD)/stability/stability: $(call objects,$(stability_c)) $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(WIDE_LIBS) -lm
 
+accuracy: need-test $(BUILD)/accuracy/inversion $(accuracy_data) ## accuracy of the inversion, each figure beside its bar (3 minutes)
+	@$(BUILD)/accuracy/inversion $(BUILD)/accuracy
+
+# Spectra with known truth, from equations that share no code with src/.
+accuracy_white := 40000 --seed 5 --skins tests/reference/inversion.csv
+accuracy_coverage := 10000 --seed 7
+accuracy_placement := 10000 --seed 8 --placement 0.008
+accuracy_true := 1000 --seed 9
+accuracy_SO2 := 1000 --seed 9 --set SO2=0.6
+accuracy_thin := 1000 --seed 9 --set epidermis_mm=0.06
+accuracy_thick := 1000 --seed 9 --set epidermis_mm=0.1
+accuracy_dermis := 1000 --seed 9 --set dermis=0.6
+define accuracy_rule
+$(BUILD)/accuracy/$(1)-%.csv: tests/reference/inversion.py | need-test
+	@mkdir -p $$(@D)
+	@python3 -B $$< --spectra $$* $(accuracy_$(1)) > $$@
+endef
+$(foreach kind,white coverage placement true SO2 thin thick dermis,$(eval $(call accuracy_rule,$(kind))))
+
+$(BUILD)/accuracy/inversion: $(BUILD)/obj/tests/accuracy/inversion.o $(BUILD)/obj/tests/support/figures.o $(lib_a)
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
+
 lint: need-lint ## layout, static analysis, and warnings of gcc and clang as errors
 	@tools/lint
 
 format: need-lint ## lay out the sources by clang-format
 	@clang-format -i $(core_c) $(json_c) $(station_c) $(db_c) $(drivers_c) $(cli_c) $(tests_c) $(own_tests_c) \
-	    $(support_c) $(mock_c) $(fuzz_c) $(stability_c) $(bench_c) $(new_driver) $(all_h) docs/examples/*.c
+	    $(support_c) $(mock_c) $(fuzz_c) $(stability_c) $(bench_c) $(accuracy_c) $(new_driver) $(all_h) docs/examples/*.c
 
 docs: ## docs/protocol.md from the protocol's description
 	@tools/protocol-docs > docs/protocol.md.new && mv docs/protocol.md.new docs/protocol.md
@@ -329,4 +356,4 @@ $(BUILD)/tables/table-%.db: $(lib_a) $(db_o) | $(program)
 	@$(program) table build --model $* --out $@ --force
 
 -include $(patsubst %.o,%.d,$(core_o) $(json_o) $(station_o) $(db_o) $(drivers_o) $(cli_o) \
-    $(call objects,$(tests_c) $(own_tests_c) $(support_c) $(mock_c) $(fuzz_c) $(stability_c) $(bench_c)))
+    $(call objects,$(tests_c) $(own_tests_c) $(support_c) $(mock_c) $(fuzz_c) $(stability_c) $(bench_c) $(accuracy_c)))
