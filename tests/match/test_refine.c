@@ -396,6 +396,178 @@ static void test_always_inside_finite_and_the_same(void)
     TEST_ASSERT_TRUE(limited < 40);
 }
 
+/* ---- what is said ---------------------------------------------------------------------- */
+
+static bool says(const char *part)
+{
+    const char *sentence;
+    for (size_t i = 0; (sentence = refine_words(&answer, i)) != NULL; i++)
+        if (strstr(sentence, part) != NULL)
+            return true;
+    return false;
+}
+
+/* A skin of Cm, Bm, Ch by the model itself, with a little noise that is the same each time. */
+static struct spectrum skin_of(double Cm, double Bm, double Ch, double noise)
+{
+    static struct chromophores c;
+    double scratch[MEDIUM_SCRATCH(BANDS)];
+    struct dice dice = { 4 };
+    struct spectrum s = blank();
+    struct tissue t = tissue_of(Cm, Bm, Ch);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, chromophores_init(400, 10, BANDS, &c));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK,
+                          model_reflectance(model_find("two-layer"), &t, &c, scratch, s.value));
+    for (size_t i = 0; i < BANDS; i++) /* of this standard deviation: even over +-sqrt(3) of it */
+        s.value[i] += noise * dice_between(&dice, -sqrt(3.0), sqrt(3.0));
+    return s;
+}
+
+static void test_what_cannot_be_told_is_said(void)
+{
+    struct fit fit = three("two-layer");
+    const struct noise noise = noise_white(0.003);
+    struct spectrum s = skin_of(0.002, 0.5, 0.02, 0.003);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, run(&fit, &noise, &s, 1, NULL));
+    TEST_ASSERT_TRUE(answer.flags & (unsigned)REFINE_UNDETERMINED << SKIN_BM);
+    TEST_ASSERT_FALSE(answer.flags & (unsigned)REFINE_UNDETERMINED << SKIN_CH);
+    TEST_ASSERT_TRUE(says("Bm cannot be told at this melanin"));
+
+    s = skin_of(0.45, 0.5, 0.005, 0.003);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, run(&fit, &noise, &s, 1, NULL));
+    TEST_ASSERT_TRUE(answer.flags & (unsigned)REFINE_UNDETERMINED << SKIN_CH);
+    TEST_ASSERT_TRUE(says("Ch cannot be told in skin this dark"));
+
+    s = skin_of(0.05, 0.5, 0.02, 0.003); /* an everyday skin: nothing to say */
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, run(&fit, &noise, &s, 1, NULL));
+    TEST_ASSERT_EQUAL_HEX(0, answer.flags);
+    TEST_ASSERT_NULL(refine_words(&answer, 0));
+}
+
+static void test_bounds_and_residuals_are_said(void)
+{
+    struct fit fit = three("two-layer");
+    const struct noise noise = noise_white(0.003), loud = noise_white(0.03),
+                       quiet = noise_white(0.0003);
+    struct spectrum s = skin_of(0.05, 0.5, 0.02, 0.003);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, run(&fit, &loud, &s, 1, NULL));
+    TEST_ASSERT_TRUE(answer.flags & REFINE_RESIDUAL_TOO_SMALL);
+    TEST_ASSERT_TRUE(says("intervals are too wide"));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, run(&fit, &quiet, &s, 1, NULL));
+    TEST_ASSERT_TRUE(answer.flags & REFINE_RESIDUAL_TOO_LARGE);
+    TEST_ASSERT_TRUE(says("intervals are too narrow"));
+    TEST_ASSERT_TRUE(answer.chi_square_p < 1e-3);
+
+    s = constant(0.9); /* lighter than skin can be */
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, run(&fit, &noise, &s, 1, NULL));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, answer.value[SKIN_CM]);
+    TEST_ASSERT_TRUE(answer.flags & (unsigned)REFINE_AT_BOUND << SKIN_CM);
+    TEST_ASSERT_TRUE(answer.flags & (unsigned)REFINE_AT_BOUND << SKIN_CH);
+    TEST_ASSERT_TRUE(says("Cm came to rest at the end of its range"));
+    TEST_ASSERT_TRUE(says("Bm cannot be told"));
+}
+
+static void test_flags_have_names_of_their_own(void)
+{
+    TEST_ASSERT_EQUAL_STRING("Cm_at_bound", refine_flag_name(0));
+    TEST_ASSERT_EQUAL_STRING("Bm_undetermined", refine_flag_name(8));
+    TEST_ASSERT_EQUAL_STRING("SO2_by_prior", refine_flag_name(17));
+    TEST_ASSERT_EQUAL_STRING("residual_too_large", refine_flag_name(21));
+    TEST_ASSERT_EQUAL_STRING("not_converged", refine_flag_name(24));
+    TEST_ASSERT_EQUAL_STRING("unknown", refine_flag_name(REFINE_FLAG_COUNT));
+    TEST_ASSERT_EQUAL_STRING("unknown", skin_parameter_name(SKIN_PARAMETERS));
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++) { /* bits and names go together */
+        char name[64];
+        snprintf(name, sizeof name, "%s_at_bound", skin_parameter_name(i));
+        TEST_ASSERT_EQUAL_STRING(name, refine_flag_name(i));
+        snprintf(name, sizeof name, "%s_undetermined", skin_parameter_name(i));
+        TEST_ASSERT_EQUAL_STRING(name, refine_flag_name(i + 7));
+        snprintf(name, sizeof name, "%s_by_prior", skin_parameter_name(i));
+        TEST_ASSERT_EQUAL_STRING(name, refine_flag_name(i + 14));
+    }
+    /* Every flag has something to say, and for one flag there is one sentence. */
+    for (size_t i = 0; i < REFINE_FLAG_COUNT; i++) {
+        answer.flags = 1u << i;
+        TEST_ASSERT_NOT_NULL(refine_words(&answer, 0));
+        TEST_ASSERT_NULL(refine_words(&answer, 1));
+    }
+}
+
+/* ---- priors, and parameters of each replicate's own ------------------------------------- */
+
+/* A prior is one more measurement: of a parameter that the data see as a Gaussian of variance
+ * v, the two together have 1/(1/v + 1/p) and their weighted mean. */
+static void test_a_prior_counts_as_a_measurement(void)
+{
+    struct fit fit = three("two-layer");
+    const struct noise noise = noise_white(0.0003);
+    struct spectrum s = skin_of(0.05, 0.5, 0.02, 0.0003);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, run(&fit, &noise, &s, 1, NULL));
+    double value = answer.value[SKIN_BM], v = answer.se[SKIN_BM] * answer.se[SKIN_BM];
+    double p = 0.25 * v, mean = value + 2.0 * sqrt(v);
+    fit.role[SKIN_BM].prior_mean = mean;
+    fit.role[SKIN_BM].prior_sd = sqrt(p);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, run(&fit, &noise, &s, 1, NULL));
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 * sqrt(v), (value / v + mean / p) / (1.0 / v + 1.0 / p),
+                              answer.value[SKIN_BM]);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 * sqrt(v), sqrt(1.0 / (1.0 / v + 1.0 / p)), answer.se[SKIN_BM]);
+    TEST_ASSERT_TRUE(answer.flags & (unsigned)REFINE_BY_PRIOR << SKIN_BM);
+    TEST_ASSERT_FALSE(answer.flags & (unsigned)REFINE_BY_PRIOR << SKIN_CM);
+    TEST_ASSERT_TRUE(says("Bm is what was assumed"));
+    TEST_ASSERT_EQUAL_size_t(BANDS + 1 - 3, answer.degrees);
+}
+
+/* Three replicates whose blood differs: shared it does not fit; each its own, it does, and
+ * the answer is the mean. */
+static void test_each_replicate_its_own_blood(void)
+{
+    static struct spectrum three_shots[3];
+    struct fit fit = three("two-layer");
+    const struct noise noise = noise_white(0.001);
+    three_shots[0] = skin_of(0.05, 0.5, 0.015, 0.0);
+    three_shots[1] = skin_of(0.05, 0.5, 0.020, 0.0);
+    three_shots[2] = skin_of(0.05, 0.5, 0.031, 0.0);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, run(&fit, &noise, three_shots, 3, NULL));
+    TEST_ASSERT_TRUE(answer.flags & REFINE_RESIDUAL_TOO_LARGE);
+    fit.role[SKIN_CH].per_replicate = true;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, run(&fit, &noise, three_shots, 3, NULL));
+    TEST_ASSERT_FALSE(answer.flags & REFINE_RESIDUAL_TOO_LARGE);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.022, answer.value[SKIN_CH]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.05, answer.value[SKIN_CM]);
+    TEST_ASSERT_EQUAL_size_t(3 * BANDS - 5, answer.degrees);
+    /* Its interval is about +-1.96 se of the mean: so far from bounds the two agree. */
+    TEST_ASSERT_DOUBLE_WITHIN(0.05 * answer.se[SKIN_CH],
+                              answer.value[SKIN_CH] + 1.96 * answer.se[SKIN_CH],
+                              answer.hi[SKIN_CH]);
+    TEST_ASSERT_DOUBLE_WITHIN(0.05 * answer.se[SKIN_CH],
+                              answer.value[SKIN_CH] - 1.96 * answer.se[SKIN_CH],
+                              answer.lo[SKIN_CH]);
+    double se = answer.se[SKIN_CH];
+
+    /* And a prior is about the mean, not about each of them. */
+    fit.role[SKIN_CH].prior_mean = 0.022;
+    fit.role[SKIN_CH].prior_sd = se;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, run(&fit, &noise, three_shots, 3, NULL));
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * se, se / sqrt(2.0), answer.se[SKIN_CH]);
+}
+
+static void test_bands_that_were_not_measured(void)
+{
+    struct fit fit = three("two-layer");
+    const struct noise noise = noise_white(0.003);
+    TEST_ASSERT_TRUE(figures_read(exact[1], &table));
+    for (size_t row = 0; row < 10; row++) {
+        struct spectrum s = spectrum_of(&table, row);
+        s.value[0] = s.value[15] = NAN; /* not measured */
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, run(&fit, &noise, &s, 1, NULL));
+        for (size_t i = 0; i < 3; i++)
+            TEST_ASSERT_DOUBLE_WITHIN(1e-5, figures_at(&table, row, i), answer.value[i]);
+        TEST_ASSERT_TRUE(isnan(answer.residual[0]) && isnan(answer.residual[15]));
+        TEST_ASSERT_TRUE(isnan(answer.dE00)); /* no colour without all bands */
+        TEST_ASSERT_EQUAL_size_t(BANDS - 2 - 3, answer.degrees);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -406,5 +578,11 @@ int main(void)
     RUN_TEST(test_fits_that_make_no_sense_are_refused);
     RUN_TEST(test_data_that_cannot_be_fitted_are_refused);
     RUN_TEST(test_always_inside_finite_and_the_same);
+    RUN_TEST(test_what_cannot_be_told_is_said);
+    RUN_TEST(test_bounds_and_residuals_are_said);
+    RUN_TEST(test_flags_have_names_of_their_own);
+    RUN_TEST(test_a_prior_counts_as_a_measurement);
+    RUN_TEST(test_each_replicate_its_own_blood);
+    RUN_TEST(test_bands_that_were_not_measured);
     return UNITY_END();
 }
