@@ -153,6 +153,12 @@ $(BUILD)/bench/load: $(BUILD)/obj/tests/bench/load.o $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
 
+# Ours beside cminpack's lmder.
+$(BUILD)/obj/tests/bench/inversion.o: PKG_CFLAGS += $(shell pkg-config --cflags cminpack)
+$(BUILD)/bench/inversion: $(BUILD)/obj/tests/bench/inversion.o $(lib_a)
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(shell pkg-config --libs cminpack) -lm
+
 # Drivers and the simulators in one program.
 $(BUILD)/bench/drivers: $(BUILD)/obj/tests/bench/drivers.o \
         $(call objects,$(sims_c) tests/sim/wire_memory.c tests/support/ocean_bench.c) $(drivers_o) $(lib_a)

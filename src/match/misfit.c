@@ -108,7 +108,7 @@ static void add_group(const struct misfit *m, size_t g, struct normal *ret)
         if (m->places[i] == 0)
             continue;
         at[free] = place(m, i, g);
-        row[free] = m->scratch->J + i * n;
+        row[free] = m->scratch->J + i * QUICK_STRIDE(n);
         mask(m, row[free]);
         whitener_apply(&m->whitener, row[free++]);
     }
@@ -137,6 +137,7 @@ void misfit_evaluate(void *misfit, const double *x, struct normal *ret)
 {
     const struct misfit *m = misfit;
     struct misfit_scratch *s = m->scratch;
+    unsigned wanted = fit_free(m->fit); /* its bits are those of quick_slopes() */
     ret->chi_square = m->scatter;
     memset(ret->gradient, 0, m->n * sizeof *ret->gradient);
     memset(ret->curvature, 0, m->n * (m->n + 1) / 2 * sizeof *ret->curvature);
@@ -144,7 +145,8 @@ void misfit_evaluate(void *misfit, const double *x, struct normal *ret)
         double value[SKIN_PARAMETERS];
         misfit_values(m, x, g, value);
         struct tissue t = fit_tissue(m->fit, value);
-        if (model_slopes(m->fit->model, &t, m->chromophores, s->model, s->R, s->J) != STATUS_OK) {
+        if (quick_slopes(m->fit->model, &t, m->chromophores, wanted, s->model, s->R, s->J) !=
+            STATUS_OK) {
             ret->chi_square = INFINITY; /* worse than any skin that the model takes */
             return;
         }
@@ -174,5 +176,5 @@ enum status misfit_reflectance(const struct misfit *m, const double *x, size_t g
     double value[SKIN_PARAMETERS];
     misfit_values(m, x, g, value);
     struct tissue t = fit_tissue(m->fit, value);
-    return model_reflectance(m->fit->model, &t, m->chromophores, m->scratch->model, R);
+    return quick_slopes(m->fit->model, &t, m->chromophores, 0, m->scratch->model, R, NULL);
 }

@@ -13,11 +13,12 @@
 #include "match/least_squares.h"
 #include "match/noise.h"
 #include "optics/chromophores.h"
+#include "optics/quick.h"
 
 struct misfit_scratch {
-    double model[MODEL_SLOPES_SCRATCH(SPECTRUM_MAX_BANDS)];
+    double model[QUICK_SCRATCH(SPECTRUM_MAX_BANDS)];
     double R[SPECTRUM_MAX_BANDS];
-    double J[SKIN_PARAMETERS * SPECTRUM_MAX_BANDS];
+    double J[SKIN_PARAMETERS * SPECTRUM_MAX_BANDS]; /* rows QUICK_STRIDE(bands) apart */
 };
 
 struct misfit {
@@ -58,7 +59,7 @@ void misfit_evaluate(void *misfit, const double *x, struct normal *ret);
 /* The problem of finding its minimum. */
 struct least_squares misfit_problem(struct misfit *m, double tolerance, size_t steps);
 
-/* Reflectance that group g is fitted by, R[chromophores->n].  Its statuses are the model's. */
+/* Reflectance that group g is fitted by, R[QUICK_STRIDE(chromophores->n)].  Its statuses are the model's. */
 enum status misfit_reflectance(const struct misfit *m, const double *x, size_t g, double *R);
 
 #endif

@@ -270,7 +270,8 @@ static enum status slow_slopes(const struct model *model, const struct tissue *t
 {
     size_t n = c->n, stride = QUICK_STRIDE(n);
     double *rows = scratch + MODEL_SLOPES_SCRATCH(n);
-    enum status s = model_slopes(model, t, c, scratch, R, rows);
+    enum status s = wanted == 0 ? model_reflectance(model, t, c, scratch, R)
+                                : model_slopes(model, t, c, scratch, R, rows);
     if (s != STATUS_OK)
         return s;
     for (size_t i = n; i < stride; i++)

@@ -31,7 +31,7 @@
 #define QUICK_WANT_ALL ((1u << TISSUE_PARAMETERS) - 1u)
 
 /* R[QUICK_STRIDE(c->n)] and, for every parameter p in wanted, J[p * QUICK_STRIDE(c->n) + band];
- * other rows are untouched.  Statuses are model_slopes()'s. */
+ * other rows are untouched; wanted may be 0, J then NULL.  Statuses are model_slopes()'s. */
 enum status quick_slopes(const struct model *model, const struct tissue *t,
                          const struct chromophores *c, unsigned wanted, double *scratch, double *R,
                          double *J);
