@@ -16,6 +16,7 @@ _Static_assert(SKIN_CM == (int)TISSUE_CM && SKIN_BM == (int)TISSUE_BM &&
 enum status misfit_layout(struct misfit *m)
 {
     m->n = 0;
+    m->wanted = fit_free(m->fit);
     m->tie.sd = INFINITY;
     for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
         const struct skin_role *role = &m->fit->role[i];
@@ -137,7 +138,6 @@ void misfit_evaluate(void *misfit, const double *x, struct normal *ret)
 {
     const struct misfit *m = misfit;
     struct misfit_scratch *s = m->scratch;
-    unsigned wanted = fit_free(m->fit); /* its bits are those of quick_slopes() */
     ret->chi_square = m->scatter;
     memset(ret->gradient, 0, m->n * sizeof *ret->gradient);
     memset(ret->curvature, 0, m->n * (m->n + 1) / 2 * sizeof *ret->curvature);
@@ -145,7 +145,7 @@ void misfit_evaluate(void *misfit, const double *x, struct normal *ret)
         double value[SKIN_PARAMETERS];
         misfit_values(m, x, g, value);
         struct tissue t = fit_tissue(m->fit, value);
-        if (quick_slopes(m->fit->model, &t, m->chromophores, wanted, s->model, s->R, s->J) !=
+        if (quick_slopes(m->fit->model, &t, m->chromophores, m->wanted, s->model, s->R, s->J) !=
             STATUS_OK) {
             ret->chi_square = INFINITY; /* worse than any skin that the model takes */
             return;

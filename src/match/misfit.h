@@ -29,8 +29,9 @@ struct misfit {
     const double *weight;                      /* [bands] 1, or 0: not measured */
     bool whole;                                /* every weight is 1 */
     struct whitener whitener;
-    double scatter; /* chi^2 of the replicates about their mean, where that is compared */
-    size_t n;       /* parameters in the vector */
+    double scatter;  /* chi^2 of the replicates about their mean, where that is compared */
+    unsigned wanted; /* derivatives: a bit for each free parameter */
+    size_t n;        /* parameters in the vector */
     size_t first[SKIN_PARAMETERS], places[SKIN_PARAMETERS]; /* of each in the vector */
     double lo[LEAST_SQUARES_MAX], hi[LEAST_SQUARES_MAX];
     /* For intervals: the mean of one parameter's places drawn to a value, as by a prior. */
@@ -59,7 +60,8 @@ void misfit_evaluate(void *misfit, const double *x, struct normal *ret);
 /* The problem of finding its minimum. */
 struct least_squares misfit_problem(struct misfit *m, double tolerance, size_t steps);
 
-/* Reflectance that group g is fitted by, R[QUICK_STRIDE(chromophores->n)].  Its statuses are the model's. */
+/* Reflectance that group g is fitted by, R[QUICK_STRIDE(chromophores->n)].  Its statuses are the
+ * model's. */
 enum status misfit_reflectance(const struct misfit *m, const double *x, size_t g, double *R);
 
 #endif

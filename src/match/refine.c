@@ -33,7 +33,7 @@ struct refiner {
     size_t bands;
     double nm[SPECTRUM_MAX_BANDS];
     struct chromophores chromophores;
-    struct start_curve start;
+    struct start start;
     bool has_weights;
     struct xyz_weights weights;
 };
@@ -55,6 +55,14 @@ static size_t free_parameters(const struct fit *fit, bool own)
     return n;
 }
 
+/* What the parameters are where nothing better is known. */
+static const double *values_at_start(const struct fit *fit, double value[SKIN_PARAMETERS])
+{
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+        value[i] = fit->role[i].value;
+    return value;
+}
+
 static const char few_bands[] = "fewer bands were measured than the fit has free parameters; hold "
                                 "some of them, or measure more bands";
 
@@ -69,6 +77,7 @@ enum status refiner_open(const struct fit *fit, double first_nm, double step_nm,
     struct refiner *r = malloc(sizeof *r);
     if (r == NULL)
         return refuse(STATUS_NO_MEMORY, "there is no memory left", why);
+    double value[SKIN_PARAMETERS];
     r->fit = *fit;
     r->first_nm = first_nm;
     r->step_nm = step_nm;
@@ -80,7 +89,8 @@ enum status refiner_open(const struct fit *fit, double first_nm, double step_nm,
     }
     for (size_t i = 0; i < bands; i++)
         r->nm[i] = first_nm + (double)i * step_nm;
-    start_curve_init(fit->eta, &r->start);
+    struct tissue t = fit_tissue(fit, values_at_start(fit, value));
+    start_init(&t, &r->chromophores, &r->start);
     r->has_weights = xyz_weights_init(fit->illuminant, fit->observer, first_nm, step_nm, bands,
                                       &r->weights) == STATUS_OK;
     *ret = r;
@@ -205,13 +215,9 @@ static enum status site_init(const struct refiner *r, const struct noise *noise,
 /* Values of a fit where nothing is known, but for the three that the half space gives. */
 static void guess(const struct refiner *r, const struct site *site, double *x)
 {
-    double value[SKIN_PARAMETERS], R[SPECTRUM_MAX_BANDS];
-    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
-        value[i] = r->fit.role[i].value;
-    struct tissue t = fit_tissue(&r->fit, value);
-    for (size_t i = 0; i < r->bands; i++)
-        R[i] = site->weight[i] == 0.0 ? 0.0 : site->mean[i];
-    start_guess(&r->start, &r->chromophores, R, site->weight, &t);
+    double value[SKIN_PARAMETERS];
+    struct tissue t = fit_tissue(&r->fit, values_at_start(&r->fit, value));
+    start_guess(&r->start, site->mean, site->weight, &t);
     value[SKIN_CM] = t.Cm;
     value[SKIN_BM] = t.Bm;
     value[SKIN_CH] = t.Ch;

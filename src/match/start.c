@@ -6,41 +6,68 @@
 
 #include "optics/dipole.h"
 
-/* Eq. 9 in s, with mu' = 1 - s^2/3. */
+/* Eq. 9 in s = sqrt(3 sigma_a/sigma_t'), with mu' = 1 - s^2/3. */
 static double reflectance(double s, double A, double entering)
 {
     double mu = 1.0 - s * s / 3.0;
     return entering * 0.5 * mu * (1.0 + exp(-4.0 / 3.0 * A * s)) * exp(-s);
 }
 
-void start_curve_init(double eta, struct start_curve *ret)
+/* q = sigma_a/sigma_s', where sigma_a/sigma_t' = s^2/3. */
+static double ratio(double s)
+{
+    double absorbed = s * s / 3.0;
+    return absorbed / (1.0 - absorbed);
+}
+
+static void curves(double eta, struct start *ret)
 {
     double A = 1.0, entering = 1.0 - dipole_Rs(eta);
     (void)dipole_A(eta, &A);
-    ret->R_most = entering;
+    ret->steps_per_R = START_STEPS / entering;
     for (size_t i = 0; i <= START_STEPS; i++) {
-        double R = ret->R_most * (double)i / START_STEPS, low = 0.0, high = sqrt(3.0);
+        /* Neither all is absorbed at the one end nor nothing at the other. */
+        double place = fmin(fmax((double)i, 0.25), START_STEPS - 0.25);
+        double low = 0.0, high = sqrt(3.0);
         for (int turn = 0; turn < 60; turn++) { /* R falls as s grows */
             double middle = 0.5 * (low + high);
-            if (reflectance(middle, A, entering) > R)
+            if (reflectance(middle, A, entering) > place / ret->steps_per_R)
                 low = middle;
             else
                 high = middle;
         }
-        ret->s[i] = 0.5 * (low + high);
+        double h = 1e-4 * low;
+        ret->q[i] = ratio(low);
+        ret->dR_dq[i] = (reflectance(low + h, A, entering) - reflectance(low - h, A, entering)) /
+                        (ratio(low + h) - ratio(low - h));
     }
 }
 
-/* s at R, and ds/dR. */
-static double look_up(const struct start_curve *curve, double R, double *slope)
+void start_init(const struct tissue *t, const struct chromophores *c, struct start *ret)
 {
-    double place = R / curve->R_most * START_STEPS;
-    /* Not at the very ends: nothing absorbed, or everything. */
-    place = place > 0.5 ? (place < START_STEPS - 0.5 ? place : START_STEPS - 0.5) : 0.5;
+    curves(t->eta, ret);
+    ret->n = c->n;
+    for (size_t i = 0; i < c->n; i++) {
+        double scattering = t->scattering_a == 0.0
+                                ? c->sigma_s_prime[i]
+                                : t->scattering_a * exp(-t->scattering_b * c->log_nm[i]);
+        double blood = t->gamma * c->oxy[i] + (1.0 - t->gamma) * c->deoxy[i];
+        ret->column[0][i] = (c->pheomelanin[i] - c->base[i]) / scattering;
+        ret->column[1][i] = (c->eumelanin[i] - c->pheomelanin[i]) / scattering;
+        ret->column[2][i] = (blood - c->base[i]) / scattering;
+        ret->without[i] = 2.0 * c->base[i] / scattering;
+    }
+}
+
+/* q at R between two steps, and how sharply R shows it there. */
+static double look_up(const struct start *start, double R, double *dR_dq)
+{
+    double place = R * start->steps_per_R;
+    place = place > 0.0 ? (place < START_STEPS - 0.001 ? place : START_STEPS - 0.001) : 0.0;
     size_t i = (size_t)place;
-    double rise = curve->s[i + 1] - curve->s[i];
-    *slope = rise * START_STEPS / curve->R_most;
-    return curve->s[i] + rise * (place - (double)i);
+    double share = place - (double)i;
+    *dR_dq = start->dR_dq[i] + share * (start->dR_dq[i + 1] - start->dR_dq[i]);
+    return start->q[i] + share * (start->q[i + 1] - start->q[i]);
 }
 
 /* Sums of a weighted least-squares problem in three unknowns. */
@@ -48,17 +75,17 @@ struct equations {
     double a00, a01, a02, a11, a12, a22, b0, b1, b2;
 };
 
-static void add_band(struct equations *e, const double x[3], double y)
+static void add_band(struct equations *e, double x0, double x1, double x2, double y)
 {
-    e->a00 += x[0] * x[0];
-    e->a01 += x[0] * x[1];
-    e->a02 += x[0] * x[2];
-    e->a11 += x[1] * x[1];
-    e->a12 += x[1] * x[2];
-    e->a22 += x[2] * x[2];
-    e->b0 += x[0] * y;
-    e->b1 += x[1] * y;
-    e->b2 += x[2] * y;
+    e->a00 += x0 * x0;
+    e->a01 += x0 * x1;
+    e->a02 += x0 * x2;
+    e->a11 += x1 * x1;
+    e->a12 += x1 * x2;
+    e->a22 += x2 * x2;
+    e->b0 += x0 * y;
+    e->b1 += x1 * y;
+    e->b2 += x2 * y;
 }
 
 /* By cofactors; false where the three cannot be told apart. */
@@ -76,22 +103,16 @@ static bool solve(const struct equations *e, double x[3])
     return isfinite(x[0]) && isfinite(x[1]) && isfinite(x[2]);
 }
 
-void start_guess(const struct start_curve *curve, const struct chromophores *c, const double *R,
-                 const double *weight, struct tissue *t)
+void start_guess(const struct start *start, const double *R, const double *weight, struct tissue *t)
 {
     struct equations e = { 0 };
     double x[3];
-    for (size_t i = 0; i < c->n; i++) {
-        double slope, s = look_up(curve, R[i], &slope), b = s * s / 3.0;
-        double sigma_s = t->scattering_a == 0.0
-                             ? c->sigma_s_prime[i]
-                             : t->scattering_a * exp(-t->scattering_b * c->log_nm[i]);
-        /* sigma_a = sigma_s' b/(1-b); an error dR of R makes it sigma_s' (2s/3) ds/(1-b)^2. */
-        double rest = 1.0 - b, w = weight[i] * rest * rest / (sigma_s * 2.0 / 3.0 * s * slope);
-        double blood = t->gamma * c->oxy[i] + (1.0 - t->gamma) * c->deoxy[i];
-        double column[3] = { w * (c->pheomelanin[i] - c->base[i]),
-                             w * (c->eumelanin[i] - c->pheomelanin[i]), w * (blood - c->base[i]) };
-        add_band(&e, column, w * (sigma_s * b / rest - 2.0 * c->base[i]));
+    for (size_t i = 0; i < start->n; i++) {
+        if (weight[i] == 0.0)
+            continue;
+        double w, q = look_up(start, R[i], &w);
+        add_band(&e, w * start->column[0][i], w * start->column[1][i], w * start->column[2][i],
+                 w * (q - start->without[i]));
     }
     if (!solve(&e, x))
         return;
