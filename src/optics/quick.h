@@ -2,11 +2,10 @@
  * as the machine's vectors allow: for inversion, which wants them some thousand times a second.
  *
  * The same models as optics/half_space.h and optics/two_layer.h by formulas without branches.
- * In the range below R is within 1e-13 and each derivative within 1e-12 of the plain
- * ones (on human skin 1e-14 and 5e-13; that by the thickness, which passes through 0, of R over
- * the thickness); a spectrum with a band beyond it, and a model
- * without quick formulas, takes model_slopes().  The same bits whatever vectors the processor
- * has: nothing is fused or reordered.
+ * In the range below R and the derivatives are within 1e-12 of the plain ones, on human skin
+ * 1e-14 and 5e-13 (that by the thickness, which passes through 0, of R over the thickness).
+ * A spectrum with a band beyond it, and a model without quick formulas, takes model_slopes().
+ * The same bits whatever vectors the processor has: nothing is fused or reordered.
  *
  *   two-layer    k1 d from 1/128, k1/sigma_t1' from 1/64, sigma_t1' d up to 150,
  *                sigma_s1'/sigma_t1' from 1/64 where scattering_a or _b is wanted

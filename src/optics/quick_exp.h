@@ -51,23 +51,27 @@ QUICK_INLINE double quick_exp(double x)
     return p.scale + p.scale * (p.r + p.r * p.r * p.s);
 }
 
-/* Of 0 <= z <= 700: e^-z; its mean over 0..z, (1 - e^-z)/z; minus the derivative of that,
- * (1 - (1+z) e^-z)/z^2; and 1/z (1e30 for 0). */
+/* Of -700 <= z <= 700: e^-z; the mean of e^-zs over 0 <= s <= 1, (1 - e^-z)/z; and minus the
+ * derivative of that, (1 - (1+z) e^-z)/z^2.  z is not 0 and comes with its inverse. */
 struct quick_decay {
-    double e, mean, fall, inverse;
+    double e, mean, fall;
 };
 
-QUICK_INLINE struct quick_decay quick_decay_of(double z)
+/* What stands for a z of 0: all that is asked of it is the same. */
+QUICK_INLINE double quick_not_zero(double z)
 {
-    z = z > 1e-30 ? z : 1e-30;
+    return z * z > 1e-60 ? z : 1e-30;
+}
+
+QUICK_INLINE struct quick_decay quick_decay_of(double z, double inverse)
+{
     struct quick_parts p = quick_parts_of(-z);
     struct quick_decay d;
     double grown = p.r + p.r * p.r * p.s; /* e^r - 1 */
     d.e = p.scale + p.scale * grown;
-    d.inverse = 1.0 / z;
-    d.mean = ((1.0 - p.scale) - p.scale * grown) * d.inverse;
+    d.mean = ((1.0 - p.scale) - p.scale * grown) * inverse;
     /* Where r is -z itself, the difference is left out of what is written. */
-    double near = 1.0 - p.s * (1.0 + z), far = (d.mean - d.e) * d.inverse;
+    double near = 1.0 - p.s * (1.0 + z), far = (d.mean - d.e) * inverse;
     d.fall = p.scale == 1.0 ? near : far;
     return d;
 }
