@@ -13,36 +13,40 @@ static size_t at(size_t i, size_t j)
 
 /* ---- small dense algebra ------------------------------------------------------------ */
 
-/* L L^T = A over the n listed rows of a packed A whose diagonal grows by damping times
- * itself.  A pivot that rounding has eaten is marked by 0: that direction is not seen. */
+/* L L^T = A over the n listed rows, ascending, of a packed A whose diagonal grows by damping
+ * times itself.  On L's diagonal stands its inverse, for it is only divided by.  A pivot that
+ * rounding has eaten is marked by 0: that direction is not seen. */
 static void cholesky(const double *A, const size_t *row, size_t n, double damping, double *L)
 {
-    for (size_t i = 0; i < n; i++) {
-        for (size_t j = 0; j <= i; j++) {
-            double sum = A[at(row[i], row[j])] * (i == j ? 1.0 + damping : 1.0);
-            double whole = sum;
+    double *Li = L;
+    for (size_t i = 0; i < n; Li += ++i) {
+        const double *Ai = A + row[i] * (row[i] + 1) / 2, *Lj = L;
+        double whole = Ai[row[i]] * (1.0 + damping), sum = whole;
+        for (size_t j = 0; j < i; Lj += ++j) {
+            double x = Ai[row[j]];
             for (size_t k = 0; k < j; k++)
-                sum -= L[at(i, k)] * L[at(j, k)];
-            if (i == j)
-                L[at(i, i)] = sum > 1e-14 * whole && sum > 0.0 ? sqrt(sum) : 0.0;
-            else
-                L[at(i, j)] = L[at(j, j)] > 0.0 ? sum / L[at(j, j)] : 0.0;
+                x -= Li[k] * Lj[k];
+            Li[j] = x * Lj[j];
+            sum -= Li[j] * Li[j];
         }
+        Li[i] = sum > 1e-14 * whole && sum > 0.0 ? 1.0 / sqrt(sum) : 0.0;
     }
 }
 
 /* b becomes A^-1 b; 0 along directions that are not seen. */
 static void cholesky_solve(const double *L, size_t n, double *b)
 {
-    for (size_t i = 0; i < n; i++) {
+    const double *Li = L;
+    for (size_t i = 0; i < n; Li += ++i) {
         for (size_t k = 0; k < i; k++)
-            b[i] -= L[at(i, k)] * b[k];
-        b[i] = L[at(i, i)] > 0.0 ? b[i] / L[at(i, i)] : 0.0;
+            b[i] -= Li[k] * b[k];
+        b[i] *= Li[i];
     }
     for (size_t i = n; i-- > 0;) {
-        for (size_t k = i + 1; k < n; k++)
-            b[i] -= L[at(k, i)] * b[k];
-        b[i] = L[at(i, i)] > 0.0 ? b[i] / L[at(i, i)] : 0.0;
+        Li -= i + 1;
+        b[i] *= Li[i];
+        for (size_t k = 0; k < i; k++)
+            b[k] -= Li[k] * b[i];
     }
 }
 
@@ -91,9 +95,12 @@ static double room_above(const struct step *s, size_t i)
 static double slope_at(const struct step *s, size_t i)
 {
     const double *H = s->normal->curvature;
-    double sum = s->normal->gradient[i] + s->damping * H[at(i, i)] * s->p[i];
-    for (size_t j = 0; j < s->problem->n; j++)
-        sum += H[at(i, j)] * s->p[j];
+    const double *row = H + i * (i + 1) / 2; /* to the diagonal; then down the column */
+    double sum = s->normal->gradient[i] + s->damping * row[i] * s->p[i];
+    for (size_t j = 0; j <= i; j++)
+        sum += row[j] * s->p[j];
+    for (size_t j = i + 1; j < s->problem->n; j++)
+        sum += H[j * (j + 1) / 2 + i] * s->p[j];
     return sum;
 }
 

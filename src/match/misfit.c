@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "match/products.h"
+
 /* Rows of J are taken by the numbers of the fit's parameters. */
 _Static_assert(SKIN_CM == (int)TISSUE_CM && SKIN_BM == (int)TISSUE_BM &&
                    SKIN_CH == (int)TISSUE_CH && SKIN_SO2 == (int)TISSUE_GAMMA &&
@@ -67,19 +69,6 @@ void misfit_vector(const struct misfit *m, const double value[SKIN_PARAMETERS], 
 
 /* ---- sums over bands --------------------------------------------------------------------- */
 
-/* In four parts, which the processor adds side by side. */
-static double dot(const double *x, const double *y, size_t n)
-{
-    double part[4] = { 0 };
-    size_t i = 0;
-    for (; i + 4 <= n; i += 4)
-        for (size_t j = 0; j < 4; j++)
-            part[j] += x[i + j] * y[i + j];
-    for (; i < n; i++)
-        part[0] += x[i] * y[i];
-    return (part[0] + part[1]) + (part[2] + part[3]);
-}
-
 static size_t packed(size_t i, size_t j)
 {
     return i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i;
@@ -100,7 +89,8 @@ static void mask(const struct misfit *m, double *v)
 static void add_group(const struct misfit *m, size_t g, struct normal *ret)
 {
     size_t n = m->chromophores->n, at[SKIN_PARAMETERS], free = 0;
-    double *r = m->scratch->R, *row[SKIN_PARAMETERS], weight = 1.0 / m->whitener.white2;
+    double *r = m->scratch->R, *row[SKIN_PARAMETERS + 1], weight = 1.0 / m->whitener.white2;
+    double sum[(SKIN_PARAMETERS + 1) * (SKIN_PARAMETERS + 2) / 2];
     for (size_t i = 0; i < n; i++)
         r[i] -= m->measured[g][i];
     mask(m, r);
@@ -113,12 +103,15 @@ static void add_group(const struct misfit *m, size_t g, struct normal *ret)
         mask(m, row[free]);
         whitener_apply(&m->whitener, row[free++]);
     }
-    ret->chi_square += weight * dot(r, r, n);
-    for (size_t a = 0; a < free; a++) {
-        ret->gradient[at[a]] += weight * dot(row[a], r, n);
+    row[free] = r; /* the last: its products are the gradient and chi^2 */
+    products((const double *const *)row, free + 1, QUICK_STRIDE(n), sum);
+    const double *product = sum;
+    for (size_t a = 0; a < free; a++)
         for (size_t b = 0; b <= a; b++)
-            ret->curvature[packed(at[a], at[b])] += weight * dot(row[a], row[b], n);
-    }
+            ret->curvature[packed(at[a], at[b])] += weight * *product++;
+    for (size_t a = 0; a < free; a++)
+        ret->gradient[at[a]] += weight * *product++;
+    ret->chi_square += weight * *product;
 }
 
 /* ((mean of the places - wanted)/sd)^2. */

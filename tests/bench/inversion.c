@@ -27,7 +27,7 @@ enum { BANDS = 31, MOST = 20000, MOST_ROUNDS = 101, FREE_MOST = 5 };
 static double now_us(void)
 {
     struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t); /* others run on this machine too */
     return 1e6 * (double)t.tv_sec + 1e-3 * (double)t.tv_nsec;
 }
 
