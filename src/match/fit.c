@@ -74,6 +74,8 @@ static const char *role_fault(const struct skin_role *role)
         return "the lower bound of a parameter must not lie above the upper one";
     if (!(role->value >= role->lo && role->value <= role->hi))
         return "a parameter must be held, or start, between its bounds";
+    if (!(role->spread >= 0.0 && isfinite(role->spread)))
+        return "the spread of a parameter between placements must be 0 or above";
     if (!role->free)
         return role->per_replicate ? "a parameter that is held cannot be each replicate's own"
                                    : NULL;
@@ -108,13 +110,32 @@ static const char *range_fault(const struct fit *fit)
     return NULL;
 }
 
+static const char *spread_fault(const struct fit *fit)
+{
+    bool own = false, spread = false;
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
+        own = own || fit->role[i].per_replicate;
+        spread = spread || fit->role[i].spread > 0.0;
+    }
+    if (own && spread)
+        return "either replicates have parameters of their own or parameters have a spread, not "
+               "both";
+    if (!(fit->model_error >= 0.0 && fit->model_error <= 1.0))
+        return "the model's error must be a standard deviation of reflectance between 0 and 1";
+    if (!(fit->spread_degrees == 0.0 ||
+          (fit->spread_degrees > 2.0 && isfinite(fit->spread_degrees))))
+        return "the degrees of freedom of the spread must be above 2, or 0 where sites do not "
+               "differ";
+    return NULL;
+}
+
 static const char *fault(const struct fit *fit)
 {
-    for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
-        const char *wrong = role_fault(&fit->role[i]);
-        if (wrong != NULL)
-            return wrong;
-    }
+    const char *wrong = spread_fault(fit);
+    for (size_t i = 0; i < SKIN_PARAMETERS && wrong == NULL; i++)
+        wrong = role_fault(&fit->role[i]);
+    if (wrong != NULL)
+        return wrong;
     if (fit_free(fit) == 0)
         return "nothing is free: there is nothing to fit";
     if (!fit->own_scattering &&

@@ -45,6 +45,8 @@ struct skin_role {
     double value;       /* held at; of a free one where the fit starts if no row says better */
     double lo, hi;      /* bounds; a value that is held must lie between them too */
     double prior_mean, prior_sd; /* of a free one; sd INFINITY: no prior */
+    double spread; /* standard deviation between placements of the probe on one site, 0: none */
+    bool spread_relative; /* it is in parts of the value */
 };
 
 struct fit {
@@ -52,6 +54,12 @@ struct fit {
     struct skin_role role[SKIN_PARAMETERS];
     bool own_scattering; /* scattering_a and _b are in use; else Eq. 6, and neither is free */
     double eta;
+    /* Standard deviation of R, a band, by which the model misses skin at its best; the same at
+     * every replicate, so their number does not lower it.  Counts in the weights. */
+    double model_error;
+    /* Sites differ in how much their placements spread: degrees of freedom, above 2, of what
+     * is known of that beforehand (match/spread.h); 0: they do not differ. */
+    double spread_degrees;
     /* Light that dE00 is told under. */
     enum illuminant illuminant;
     enum observer observer;

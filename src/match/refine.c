@@ -11,6 +11,7 @@
 #include "match/chi_square.h"
 #include "match/intervals.h"
 #include "match/misfit.h"
+#include "match/spread.h"
 #include "match/start.h"
 
 /* The fit ends where a step would lower chi^2 by less: 3e-5 standard errors. */
@@ -24,6 +25,8 @@ enum { STEPS = 60 };
 /* Chance is blamed for a chi^2 between these. */
 #define P_TOO_LARGE 0.001
 #define P_TOO_SMALL 0.999
+/* Half of a 95 % interval, in standard errors. */
+#define Z_95 1.959963984540054
 /* A better minimum met on the way makes all begin again, so often. */
 enum { AGAIN = 4 };
 
@@ -106,8 +109,12 @@ void refiner_close(struct refiner *refiner)
 
 /* One site laid out for the fit. */
 struct site {
+    const struct noise *noise;
+    const struct spectrum *spectra;
     struct misfit misfit;
     size_t replicates, measured; /* bands that all replicates have */
+    bool scattered;              /* chi^2 has the replicates about their mean in it */
+    double repeated;             /* share of the variance that a new measurement draws anew */
     double weight[SPECTRUM_MAX_BANDS], mean[SPECTRUM_MAX_BANDS];
     double directions[WHITENER_SCRATCH(SPECTRUM_MAX_BANDS)];
     struct misfit_scratch scratch;
@@ -190,6 +197,8 @@ static enum status site_init(const struct refiner *r, const struct noise *noise,
     size_t own = free_parameters(&r->fit, true);
     bool grouped = own > 0 && replicates > 1;
     take_mean(spectra, replicates, site);
+    site->noise = noise;
+    site->spectra = spectra;
     site->replicates = replicates;
     if (site->measured < own + free_parameters(&r->fit, false))
         return refuse(STATUS_RANGE, few_bands, why);
@@ -199,14 +208,21 @@ static enum status site_init(const struct refiner *r, const struct noise *noise,
     m->weight = site->weight;
     m->whole = site->measured == r->bands;
     m->groups = grouped ? replicates : 1;
-    m->scatter = grouped || replicates == 1 ? 0.0 : scatter(r, noise, spectra, site);
+    /* Where parameters spread, the replicates' differences say by how much, not how well. */
+    site->scattered = !grouped && replicates > 1 && !spread_any(&r->fit);
+    m->scatter = site->scattered ? scatter(r, noise, spectra, site) : 0.0;
     if (m->groups > LEAST_SQUARES_MAX || misfit_layout(m) != STATUS_OK)
         return refuse(STATUS_UNSUPPORTED, "there are too many replicates to give each its own",
                       why);
     for (size_t g = 0; g < m->groups; g++)
         m->measured[g] = grouped ? spectra[g].value : site->mean;
-    whitener_init(noise, grouped ? 1 : replicates, r->nm, site->weight, r->bands, site->directions,
+    /* White noise is shared by the replicates, the model's error is not. */
+    struct noise all = *noise;
+    all.white = sqrt(noise->white * noise->white +
+                     (double)replicates * r->fit.model_error * r->fit.model_error);
+    whitener_init(&all, grouped ? 1 : replicates, r->nm, site->weight, r->bands, site->directions,
                   &m->whitener);
+    site->repeated = noise->white * noise->white / (all.white * all.white);
     return STATUS_OK;
 }
 
@@ -314,8 +330,8 @@ static bool describe(struct misfit *m, struct minimum *at, unsigned want, struct
         if (!role->free)
             continue;
         ret->se[i] = minimum_se(m, at, p);
-        ret->lo[i] = fmax(value - 1.959963984540054 * ret->se[i], role->lo);
-        ret->hi[i] = fmin(value + 1.959963984540054 * ret->se[i], role->hi);
+        ret->lo[i] = fmax(value - Z_95 * ret->se[i], role->lo);
+        ret->hi[i] = fmin(value + Z_95 * ret->se[i], role->hi);
         if ((want & REFINE_INTERVALS) != 0 &&
             !interval_find(m, at, p, &ret->lo[i], &ret->hi[i], better)) {
             memcpy(at->x, better, m->n * sizeof *better);
@@ -325,13 +341,35 @@ static bool describe(struct misfit *m, struct minimum *at, unsigned want, struct
     return true;
 }
 
+/* Standard errors and intervals made wider by other placements of the probe; what of them
+ * comes from those into spread[]. */
+static void widen(const struct refiner *r, const struct site *site, const struct minimum *at,
+                  double spread[SKIN_PARAMETERS], struct refined *ret)
+{
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+        spread[i] = 0.0;
+    if (spread_any(&r->fit))
+        spread_find(&site->misfit, at, site->noise, r->nm, site->spectra, site->replicates, spread);
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
+        const struct skin_role *role = &r->fit.role[i];
+        double value = ret->value[i], half = Z_95 * spread[i], most = role->hi - role->lo;
+        ret->repeat_se[i] = fmin(hypot(sqrt(site->repeated) * ret->se[i], spread[i]), most);
+        if (spread[i] == 0.0)
+            continue;
+        ret->se[i] = fmin(hypot(ret->se[i], spread[i]), most);
+        ret->lo[i] = fmax(value - hypot(value - ret->lo[i], half), role->lo);
+        ret->hi[i] = fmin(value + hypot(ret->hi[i] - value, half), role->hi);
+    }
+}
+
 /* An amount is judged by its root: reflectance goes by the root of what absorbs. */
 static double on_scale(size_t i, double x)
 {
     return i == SKIN_CM || i == SKIN_CH ? sqrt(x) : x;
 }
 
-static unsigned flags_of(const struct fit *fit, const struct refined *r)
+static unsigned flags_of(const struct fit *fit, const double spread[SKIN_PARAMETERS],
+                         const struct refined *r)
 {
     unsigned flags = 0;
     for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
@@ -344,7 +382,8 @@ static unsigned flags_of(const struct fit *fit, const struct refined *r)
         if (on_scale(i, r->hi[i]) - on_scale(i, r->lo[i]) >= 0.5 * range)
             flags |= (unsigned)REFINE_UNDETERMINED << i;
         /* Less than half of what is known of it comes from the data. */
-        if (isfinite(role->prior_sd) && r->se[i] * r->se[i] > 0.5 * role->prior_sd * role->prior_sd)
+        double fitted = r->se[i] * r->se[i] - spread[i] * spread[i];
+        if (isfinite(role->prior_sd) && fitted > 0.5 * role->prior_sd * role->prior_sd)
             flags |= (unsigned)REFINE_BY_PRIOR << i;
     }
     if (r->degrees > 0 && r->chi_square_p < P_TOO_LARGE)
@@ -383,7 +422,8 @@ static void compare(const struct refiner *r, struct site *site, const double *x,
 static void judge(const struct refiner *r, const struct site *site, const struct minimum *at,
                   struct refined *ret)
 {
-    size_t data = site->measured * site->replicates;
+    bool each = site->scattered || site->misfit.groups > 1;
+    size_t data = site->measured * (each ? site->replicates : 1);
     for (size_t i = 0; i < SKIN_PARAMETERS; i++)
         data += r->fit.role[i].free && isfinite(r->fit.role[i].prior_sd) ? 1u : 0u;
     ret->free = fit_free(&r->fit);
@@ -410,6 +450,7 @@ static enum status fit_site(const struct refiner *r, struct site *site,
     struct misfit *m = &site->misfit;
     struct minimum at, second;
     struct least_squares_run run, rerun;
+    double spread[SKIN_PARAMETERS];
     bool has_second = false;
     if (n_starts > 0)
         misfit_vector(m, starts[0], at.x);
@@ -425,12 +466,14 @@ static enum status fit_site(const struct refiner *r, struct site *site,
         (void)descend(m, &at, &rerun); /* from where chi^2 was finite just now */
         minimum_covariance(m, &at);
     }
+    widen(r, site, &at, spread, ret);
     tell_second(m, has_second ? &second : NULL, ret);
     compare(r, site, at.x, want, ret);
     judge(r, site, &at, ret);
     ret->iterations = run.iterations;
     ret->evaluations = run.evaluations;
-    ret->flags = flags_of(&r->fit, ret) | (run.converged ? 0u : (unsigned)REFINE_NOT_CONVERGED);
+    ret->flags =
+        flags_of(&r->fit, spread, ret) | (run.converged ? 0u : (unsigned)REFINE_NOT_CONVERGED);
     return STATUS_OK;
 }
 

@@ -49,6 +49,9 @@ struct refined {
      * where it was held; se is at most hi - lo of the role, which says nothing is known. */
     double value[SKIN_PARAMETERS], se[SKIN_PARAMETERS];
     double lo[SKIN_PARAMETERS], hi[SKIN_PARAMETERS];
+    /* The part of se that measuring the site anew, with as many replicates, would show: without
+     * what the model's own error does, which comes again. */
+    double repeat_se[SKIN_PARAMETERS];
     unsigned free;  /* bit per free parameter */
     unsigned flags; /* enum refine_flag */
     double first_nm, step_nm;
