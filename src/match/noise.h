@@ -29,11 +29,14 @@ struct noise {
 /* White noise alone. */
 struct noise noise_white(double white);
 
-/* Instrument and population: the constants below. */
+/* What sets three placements of a probe on one forearm apart, as far as a level and a slope
+ * tell: the most likely sizes for 50 of 100 people (Cooksey, Allen, Tsai, J. Res. NIST 122:26,
+ * 2017); the same within 10 % for the others.  White is then what blood and melanin change as
+ * well; match/skin_fit.h, whose parameters follow them, has less. */
 struct noise noise_default(void);
-#define NOISE_DEFAULT_WHITE 0.003
-#define NOISE_DEFAULT_PLACEMENT 0.008
-#define NOISE_DEFAULT_SLOPE_RATIO 0.4
+#define NOISE_DEFAULT_WHITE 0.0038
+#define NOISE_DEFAULT_PLACEMENT 0.0090
+#define NOISE_DEFAULT_SLOPE_RATIO 0.47
 
 /* STATUS_RANGE where a member is outside its range or not finite; *why (may be NULL) then
  * says which, in a constant sentence without full stop. */
@@ -45,7 +48,7 @@ enum status noise_check(const struct noise *noise, const char **why);
  * explains is taken off first.  n = 1 gives the population's.  The replicates share one band
  * grid; bands that one of them lacks are left out.  STATUS_RANGE for n = 0, other grids, or
  * fewer than 2 bands that all have; as noise_check() for the population. */
-#define NOISE_POPULATION_DEGREES 4.0
+#define NOISE_POPULATION_DEGREES 8.0 /* foretells a third placement best: 6 to 20 do */
 enum status noise_from_replicates(const struct noise *population, const struct spectrum *replicate,
                                   size_t n, struct noise *ret);
 

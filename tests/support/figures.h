@@ -8,7 +8,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-enum { FIGURES_MAX_COLUMNS = 64, FIGURES_MAX_NAME = 64 };
+enum { FIGURES_MAX_COLUMNS = 160, FIGURES_MAX_NAME = 64 };
 
 struct figures {
     size_t columns, rows;
