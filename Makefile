@@ -172,8 +172,9 @@ $(BUILD)/stability/stability: $(call objects,$(stability_c)) $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(WIDE_LIBS) -lm
 
-accuracy: need-test $(BUILD)/accuracy/inversion $(accuracy_data) ## accuracy of the inversion, each figure beside its bar (3 minutes)
+accuracy: need-test $(BUILD)/accuracy/inversion $(BUILD)/accuracy/real_skin $(accuracy_data) ## accuracy of the inversion, each figure beside its bar (3 minutes)
 	@$(BUILD)/accuracy/inversion $(BUILD)/accuracy
+	@$(BUILD)/accuracy/real_skin
 
 # Spectra with known truth, from equations that share no code with src/.
 accuracy_white := 40000 --seed 5 --skins tests/reference/inversion.csv
@@ -191,7 +192,8 @@ $(BUILD)/accuracy/$(1)-%.csv: tests/reference/inversion.py | need-test
 endef
 $(foreach kind,white coverage placement true SO2 thin thick dermis,$(eval $(call accuracy_rule,$(kind))))
 
-$(BUILD)/accuracy/inversion: $(BUILD)/obj/tests/accuracy/inversion.o $(BUILD)/obj/tests/support/figures.o $(lib_a)
+$(BUILD)/accuracy/%: $(BUILD)/obj/tests/accuracy/%.o \
+        $(call objects,tests/support/figures.c tests/support/measured_skin.c) $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
 
