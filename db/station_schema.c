@@ -215,10 +215,15 @@ static const char step_3_triggers[] =
     "CREATE TRIGGER check_reading_fixed BEFORE UPDATE ON check_reading\n"
     "BEGIN SELECT RAISE(ABORT, 'append-only'); END;\n";
 
+/* What stands between the rows of the table, beside the nearest row; NULL in the rows there are. */
+static const char step_4_refined[] = "PRAGMA user_version = 4;\n"
+                                     "ALTER TABLE match ADD COLUMN refined TEXT;\n";
+
 const struct station_step station_steps[] = {
     { 1, { step_1_station, step_1_measurement, step_1_match, step_1_triggers } },
     { 2, { step_2_owner } },
     { 3, { step_3_check, step_3_triggers } },
+    { 4, { step_4_refined } },
 };
 const size_t station_steps_n = sizeof station_steps / sizeof *station_steps;
 

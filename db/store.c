@@ -39,7 +39,7 @@ static const char *const statement_sql[STORE_STATEMENTS] = {
     [SQL_ADD_MEASUREMENT] =
         ("INSERT INTO measurement VALUES "
          "(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"),
-    [SQL_ADD_MATCH] = "INSERT INTO match VALUES (?,?,?,?,?)",
+    [SQL_ADD_MATCH] = "INSERT INTO match VALUES (?,?,?,?,?,?)",
     [SQL_ADD_UUID] = "INSERT INTO client_uuid VALUES (?,?,?,?)",
     [SQL_PRUNE] = ("DELETE FROM client_uuid WHERE at_ms < ? AND measurement <="
                    " (SELECT max(seq) FROM measurement) - 1000"),

@@ -31,7 +31,8 @@ enum {
     STORE_UUID_SIZE = 37,
     STORE_TIME_SIZE = CLOCK_TEXT_SIZE,
     STORE_TEXT_SIZE = 256,
-    STORE_NOTES_SIZE = 4096
+    STORE_NOTES_SIZE = 4096,
+    STORE_REFINED_SIZE = 32768 /* a residual for each of SPECTRUM_MAX_BANDS is in it */
 };
 enum { STORE_MAX_REPLICATES = 32 };
 
@@ -149,6 +150,9 @@ struct store_record {
     char subject[STORE_UUID_SIZE], site[STORE_TEXT_SIZE], corrects[STORE_UUID_SIZE]; /* "" */
     char flags[1024];      /* JSON array of tokens */
     char match_json[8192]; /* the match object; "" where there was no match */
+    /* The same refined: what stands between the rows (match/refine.h); "": not asked for, or it
+     * could not be had. */
+    char refined_json[STORE_REFINED_SIZE];
     char table_name[256], table_sha256[65], method[16];
     char boot_id[STORE_UUID_SIZE];
     int64_t boottime_ms;

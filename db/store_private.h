@@ -217,7 +217,7 @@ enum status store_match_insert(sqlite3_stmt *insert, const struct store_record *
 
 #define STORE_RECORD_SELECT \
     "SELECT i.driver, i.maker, i.model, i.serial, i.firmware, p.name," \
-    " t.table_name, t.table_sha256, t.method, t.result, m.*" \
+    " t.table_name, t.table_sha256, t.method, t.result, t.refined, m.*" \
     " FROM measurement m LEFT JOIN instrument i ON i.id = m.instrument" \
     " LEFT JOIN site p ON p.id = m.site LEFT JOIN match t ON t.measurement = m.seq "
 

@@ -198,5 +198,6 @@ enum status store_match_insert(sqlite3_stmt *insert, const struct store_record *
     store_row_text(&row, "table_sha256", record->table_sha256);
     store_row_text(&row, "method", record->method);
     store_row_text(&row, "result", record->match_json);
+    store_row_text(&row, "refined", record->refined_json);
     return store_row_insert(&row, digests);
 }

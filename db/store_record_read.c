@@ -134,6 +134,7 @@ static void read_joined(struct cursor *c, struct store_record *r)
     TEXT(c, r->table_sha256);
     TEXT(c, r->method);
     TEXT(c, r->match_json);
+    TEXT(c, r->refined_json);
 }
 
 static void read_origin(struct cursor *c, struct store_record *r)

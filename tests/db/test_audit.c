@@ -25,7 +25,7 @@ void tearDown(void)
     folder_remove(folder);
 }
 
-/* Three records, one of them without a match and one with raw integers and flags, two
+/* Three records, one of them without a match and one refined, with raw integers and flags, two
  * calibrations, a subject who was forgotten; closed, all in one file. */
 static void make_store(void)
 {
@@ -52,6 +52,7 @@ static void make_store(void)
             r->raw_n = 3;
             r->raw_unit = 0.001;
             r->surface = 0.04;
+            strcpy(r->refined_json, "{\"Cm\":0.031}");
             r->spectrum.flag[3] = 1;
             strcpy(r->subject, subject.id);
             strcpy(r->calibration_id, white.id);
@@ -182,7 +183,7 @@ static const struct edit_case {
       "measurement " },
     { "text for a blob", "UPDATE match SET result = '{}' WHERE measurement = 3", "match " },
     { "a match taken away", "DELETE FROM match WHERE measurement = 3", "match " },
-    { "a match added", "INSERT INTO match VALUES (2,'t','s','lab','{}')", "match " },
+    { "a match added", "INSERT INTO match VALUES (2,'t','s','lab','{}',NULL)", "match " },
     { "matches exchanged",
       "UPDATE match SET measurement = -1 WHERE measurement = 1;"
       "UPDATE match SET measurement = 1 WHERE measurement = 3;"

@@ -188,7 +188,7 @@ static void test_a_migration(void)
     size_t cuts = cut_everywhere(a_migration);
     printf("%zu power cuts while migrating\n", cuts);
     TEST_ASSERT_TRUE(cuts > 40);
-    TEST_ASSERT_EQUAL_INT(3, tool_number(folder, "PRAGMA user_version"));
+    TEST_ASSERT_EQUAL_INT(4, tool_number(folder, "PRAGMA user_version"));
 }
 
 int main(void)

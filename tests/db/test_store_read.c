@@ -392,7 +392,7 @@ static void test_no_file_and_older_files(void)
     TEST_ASSERT_TRUE(tool_edit(folder, "PRAGMA user_version = 0"));
     TEST_ASSERT_EQUAL_INT(STATUS_VERSION, store_reader_open(folder, &other));
     TEST_ASSERT_TRUE(heard_contains("version 0"));
-    TEST_ASSERT_TRUE(tool_edit(folder, "PRAGMA user_version = 3; DROP TABLE site"));
+    TEST_ASSERT_TRUE(tool_edit(folder, "PRAGMA user_version = 4; DROP TABLE site"));
     TEST_ASSERT_EQUAL_INT(STATUS_DB, store_reader_open(folder, &other));
     TEST_ASSERT_TRUE(heard_contains("no such table"));
     TEST_ASSERT_TRUE(file_write(path, "not a database, but a letter of some length", 43));

@@ -47,7 +47,7 @@ static void test_last_version(void)
 {
     TEST_ASSERT_EQUAL_INT(STATUS_OK, station_migrate(db, station_steps, station_steps_n));
     TEST_ASSERT_EQUAL_INT(STATION_APPLICATION_ID, number("PRAGMA application_id"));
-    TEST_ASSERT_EQUAL_INT(3, station_version());
+    TEST_ASSERT_EQUAL_INT(4, station_version());
     TEST_ASSERT_EQUAL_INT(station_version(), number("PRAGMA user_version"));
     TEST_ASSERT_EQUAL_INT(sizeof tables / sizeof *tables,
                           number("SELECT count(*) FROM sqlite_schema WHERE type = 'table'"));
@@ -135,7 +135,7 @@ static const struct refused_case {
     { "a second station", "INSERT INTO station VALUES (2,'x','y',1)" },
     { "text where a number belongs", "INSERT INTO site VALUES ('x','y')" },
     { "a site twice", "INSERT INTO site VALUES (7,'arm'), (8,'arm')" },
-    { "a match without a measurement", "INSERT INTO match VALUES (99,'','','','{}')" },
+    { "a match without a measurement", "INSERT INTO match VALUES (99,'','','','{}',NULL)" },
     { "a measurement changed", "UPDATE measurement SET L = 0" },
     { "a measurement deleted", "DELETE FROM measurement" },
     { "a match changed", "UPDATE match SET result = ''" },
@@ -163,7 +163,7 @@ static void test_refused_by_the_schema(void)
                     "INSERT INTO measurement(seq,id,taken_at,boottime_ms,fence,specular,first_nm,"
                     "step_nm,bands,spectrum,replicates,red,green,blue)"
                     " VALUES (1,'m','t',0,0,'sce',400,10,1,x'00',0,1,2,3);"
-                    "INSERT INTO match VALUES (1,'t','s','lab','{}');"
+                    "INSERT INTO match VALUES (1,'t','s','lab','{}',NULL);"
                     "INSERT INTO calibration VALUES ('c','t','b',0,1,'zero','','',8.0);"
                     "INSERT INTO check_tile VALUES (1,'r','t','u','p','','tile','certificate',0.5,"
                     "8.0,400.0,10.0,1,x'00',NULL,NULL,NULL);"

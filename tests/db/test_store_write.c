@@ -113,6 +113,7 @@ static void assert_same_texts(const struct store_record *a, const struct store_r
     TEST_ASSERT_EQUAL_STRING(a->corrects, b->corrects);
     TEST_ASSERT_EQUAL_STRING(a->flags, b->flags);
     TEST_ASSERT_EQUAL_STRING(a->match_json, b->match_json);
+    TEST_ASSERT_EQUAL_STRING(a->refined_json, b->refined_json);
     TEST_ASSERT_EQUAL_STRING(a->table_name, b->table_name);
     TEST_ASSERT_EQUAL_STRING(a->table_sha256, b->table_sha256);
     TEST_ASSERT_EQUAL_STRING(a->method, b->method);
@@ -167,6 +168,11 @@ static void without_a_match(void)
     record->method[0] = record->uuid[0] = record->parameters_sha256[0] = '\0';
 }
 
+static void refined(void)
+{
+    strcpy(record->refined_json, "{\"Cm\":0.031,\"se\":{\"Cm\":0.0018}}");
+}
+
 static void sce_only(void)
 {
     for (int i = 0; i < STORE_MAX_REPLICATES; i++)
@@ -216,6 +222,7 @@ static void as_large_as_can_be(void)
     }
     records_spectrum(&dice, SPECTRUM_MAX_BANDS, SPECULAR_SCE, &record->spectrum);
     memset(record->match_json, 'm', sizeof record->match_json - 1);
+    memset(record->refined_json, 'r', sizeof record->refined_json - 1);
     memset(record->flags, 'f', sizeof record->flags - 1);
     memset(record->site, 's', sizeof record->site - 1);
     memset(record->operator_name, 'o', sizeof record->operator_name - 1);
@@ -251,6 +258,7 @@ static const struct shape_case {
     { "a reading", as_it_is },
     { "sent by a client", sent_by_a_client },
     { "without a match", without_a_match },
+    { "refined", refined },
     { "SCE only", sce_only },
     { "SCI only", sci_only },
     { "nothing known", nothing_known },
