@@ -36,7 +36,9 @@ struct schema {
     bool unique;
     struct property *properties; /* objects; [n] */
     size_t n;
-    bool closed; /* no other members */
+    bool closed;         /* no other members */
+    struct schema **any; /* [any_n], of different types; then nothing above is looked at */
+    size_t any_n;
 };
 
 struct property {
@@ -359,6 +361,30 @@ static bool read_required(struct compiler *c, struct schema *s, const cJSON *jso
     return true;
 }
 
+/* Different types, so that a value that is wrong is wrong in one way only. */
+static bool read_any(struct compiler *c, struct schema *s, const cJSON *json,
+                     const struct place *place)
+{
+    if (!cJSON_IsArray(json) || cJSON_GetArraySize(json) < 2)
+        return refuse(c, place, "must list two schemas or more");
+    s->any = allocate(c, (size_t)cJSON_GetArraySize(json), sizeof(struct schema *));
+    if (s->any == NULL)
+        return false;
+    const cJSON *one;
+    cJSON_ArrayForEach(one, json)
+    {
+        struct place here = { place, NULL, s->any_n };
+        struct schema *made = compile(c, one, &here);
+        if (made == NULL)
+            return false;
+        s->any[s->any_n++] = made;
+        for (size_t i = 0; i + 1 < s->any_n; i++)
+            if (made->any_n > 0 || s->any[i]->any_n > 0 || made->type == s->any[i]->type)
+                return refuse(c, &here, "must be of a type of its own");
+    }
+    return true;
+}
+
 static bool read_people(struct compiler *c, struct schema *s, const cJSON *json,
                         const struct place *place)
 {
@@ -402,19 +428,22 @@ static const struct keyword {
 };
 enum { KEYWORDS = sizeof keywords / sizeof *keywords };
 
-/* Every keyword of a schema is known, or beside a $ref one for people. */
-static bool knows_all(struct compiler *c, const cJSON *json, const struct place *place, bool ref)
+/* Every keyword of a schema is known, or beside $ref and anyOf one for people. */
+static bool knows_all(struct compiler *c, const cJSON *json, const struct place *place,
+                      const char *instead)
 {
     const cJSON *one;
     cJSON_ArrayForEach(one, json)
     {
         struct place here = { place, one->string, 0 };
-        bool known = ref && strcmp(one->string, "$ref") == 0;
+        bool known = instead != NULL && strcmp(one->string, instead) == 0;
         for (size_t i = 0; i < KEYWORDS && !known; i++)
             known = strcmp(one->string, keywords[i].name) == 0 &&
-                    (!ref || keywords[i].read == read_people);
+                    (instead == NULL || keywords[i].read == read_people);
+        if (!known && instead == NULL)
+            return refuse(c, &here, "no such keyword");
         if (!known)
-            return refuse(c, &here, ref ? "not beside $ref" : "no such keyword");
+            return refuse(c, &here, *instead == '$' ? "not beside $ref" : "not beside anyOf");
     }
     return true;
 }
@@ -437,6 +466,10 @@ static struct schema *compile_ref(struct compiler *c, const cJSON *ref, const st
 static bool read_keywords(struct compiler *c, struct schema *s, const cJSON *json,
                           const struct place *place)
 {
+    const cJSON *any = strict_json_member(json, "anyOf");
+    struct place any_here = { place, "anyOf", 0 };
+    if (any != NULL)
+        return read_any(c, s, any, &any_here);
     if (strict_json_member(json, "type") == NULL)
         return refuse(c, place, "has no type");
     for (size_t i = 0; i < KEYWORDS; i++) {
@@ -459,7 +492,10 @@ static struct schema *compile_here(struct compiler *c, const cJSON *json, const 
         refuse(c, place, "must be an object");
         return NULL;
     }
-    if (!knows_all(c, json, place, ref != NULL))
+    const char *instead = ref != NULL                                 ? "$ref"
+                          : strict_json_member(json, "anyOf") != NULL ? "anyOf"
+                                                                      : NULL;
+    if (!knows_all(c, json, place, instead))
         return NULL;
     if (ref != NULL)
         return compile_ref(c, ref, place);
@@ -506,6 +542,9 @@ void schema_close(struct schema *schema)
         schema_close(schema->properties[i].schema);
     free(schema->properties);
     schema_close(schema->items);
+    for (size_t i = 0; i < schema->any_n; i++)
+        schema_close(schema->any[i]);
+    free(schema->any);
     free(schema);
 }
 
@@ -678,9 +717,26 @@ static const char *article_of(const cJSON *value)
     return "null";
 }
 
+/* "an array or an object" */
+static bool fail_any(const struct schema *s, const cJSON *value, const struct place *place,
+                     struct schema_error *error)
+{
+    char list[96];
+    size_t n = 0;
+    for (size_t i = 0; i < s->any_n && n < sizeof list; i++)
+        n += (size_t)snprintf(list + n, sizeof list - n, "%s%s", i > 0 ? " or " : "",
+                              kinds[s->any[i]->type].expected);
+    return fail(error, place, "must be %s, not %s", list, article_of(value));
+}
+
 static bool check(const struct schema *s, const cJSON *value, const struct place *place,
                   struct schema_error *error)
 {
+    for (size_t i = 0; i < s->any_n; i++)
+        if (kinds[s->any[i]->type].is(value))
+            return check(s->any[i], value, place, error);
+    if (s->any_n > 0)
+        return fail_any(s, value, place, error);
     const struct kind *kind = &kinds[s->type];
     if (!kind->is(value))
         return fail(error, place, "must be %s, not %s", kind->expected, article_of(value));

@@ -5,7 +5,9 @@
  *
  *   for                keywords
  *   any value          type (one of string, integer, number, boolean, object, array),
- *                      $ref to #/$defs/NAME: it may have the four last beside it, no cycles
+ *                      $ref to #/$defs/NAME: it may have the four last beside it, no cycles;
+ *                      anyOf, of schemas of different types, in place of type: the value's own
+ *                      type says which of them it is held to
  *   string             enum; minLength, maxLength in characters; format
  *   integer, number    minimum, maximum.  5.0 is an integer; 2^53 and above is none
  *   object             properties, required, additionalProperties (false, or absent)

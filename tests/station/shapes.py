@@ -41,6 +41,12 @@ def _resolve(schema):
 def faults(schema, value, path=""):
     """Each place where the value is not as the schema says."""
     schema = _resolve(schema)
+    for one in schema.get("anyOf", []):
+        if _TYPES[_resolve(one)["type"]](value):
+            schema = _resolve(one)
+    if "anyOf" in schema:
+        yield f"{path}: {value!r} is of none of the types"
+        return
     if not _TYPES.get(schema.get("type"), lambda v: True)(value):
         yield f"{path}: {value!r} is no {schema['type']}"
         return
