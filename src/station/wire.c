@@ -6,182 +6,82 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "json/print.h"
+#include "json/maker.h"
+#include "json/taker.h"
 #include "station/strict_json.h"
 
 /* ---- making ------------------------------------------------------------------------- */
 
-struct maker {
-    cJSON *object;
-    enum status status;
-};
-
-static struct maker begin(void)
-{
-    cJSON *object = cJSON_CreateObject();
-    return (struct maker){ object, object != NULL ? STATUS_OK : STATUS_NO_MEMORY };
-}
-
-static enum status end(struct maker *m, cJSON **ret)
-{
-    if (m->status == STATUS_OK)
-        *ret = m->object;
-    else
-        cJSON_Delete(m->object);
-    return m->status;
-}
-
-static void failed(struct maker *m, enum status status)
-{
-    if (m->status == STATUS_OK)
-        m->status = status;
-}
-
-/* Given away; NULL is no memory. */
-static void put(struct maker *m, const char *name, cJSON *value)
-{
-    if (value != NULL && m->status == STATUS_OK && cJSON_AddItemToObject(m->object, name, value))
-        return;
-    cJSON_Delete(value);
-    failed(m, STATUS_NO_MEMORY);
-}
-
-static void put_number(struct maker *m, const char *name, double x)
-{
-    if (isfinite(x))
-        put(m, name, cJSON_CreateNumber(x));
-    else
-        failed(m, STATUS_RANGE);
-}
-
-static void put_known_number(struct maker *m, const char *name, double x)
-{
-    if (isfinite(x))
-        put(m, name, cJSON_CreateNumber(x));
-}
-
-static void put_text(struct maker *m, const char *name, const char *text)
-{
-    put(m, name, cJSON_CreateString(text));
-}
-
-static void put_known_text(struct maker *m, const char *name, const char *text)
-{
-    if (*text != '\0')
-        put_text(m, name, text);
-}
-
-static void put_numbers(struct maker *m, const char *name, const double *x, size_t n)
-{
-    for (size_t i = 0; i < n; i++)
-        if (!isfinite(x[i]))
-            failed(m, STATUS_RANGE);
-    /* n is at most SPECTRUM_MAX_BANDS */
-    put(m, name, cJSON_CreateDoubleArray(x, (int)n));
-}
-
-/* What a function below made, or its status. */
-static void put_made(struct maker *m, const char *name, enum status s, cJSON *made)
-{
-    if (s == STATUS_OK)
-        put(m, name, made);
-    else
-        failed(m, s);
-}
-
 enum status wire_spectrum(const struct spectrum *spectrum, cJSON **ret)
 {
-    struct maker m = begin();
-    put_number(&m, "first_nm", spectrum->first_nm);
-    put_number(&m, "step_nm", spectrum->step_nm);
-    put_numbers(&m, "values", spectrum->value, spectrum->n);
-    return end(&m, ret);
+    struct maker m = maker_begin();
+    maker_number(&m, "first_nm", spectrum->first_nm);
+    maker_number(&m, "step_nm", spectrum->step_nm);
+    maker_numbers(&m, "values", spectrum->value, spectrum->n);
+    return maker_end(&m, ret);
 }
 
 static void put_spectrum(struct maker *m, const char *name, const struct spectrum *spectrum)
 {
     cJSON *made = NULL;
     enum status s = wire_spectrum(spectrum, &made);
-    put_made(m, name, s, made);
+    maker_made(m, name, s, made);
 }
 
 static enum status make_hit(const struct table *table, const struct nearest_hit *hit, cJSON **ret)
 {
-    struct maker m = begin();
+    struct maker m = maker_begin();
     struct table_row row;
     table_get(table, hit->row, &row);
-    put_number(&m, "row", (double)hit->row + 1.0);
-    put_number(&m, "Cm", row.Cm);
-    put_number(&m, "Bm", row.Bm);
-    put_number(&m, "Ch", row.Ch);
-    put_number(&m, "distance", hit->distance);
-    return end(&m, ret);
-}
-
-/* An array that is filled and given away like an object. */
-static struct maker begin_array(void)
-{
-    cJSON *array = cJSON_CreateArray();
-    return (struct maker){ array, array != NULL ? STATUS_OK : STATUS_NO_MEMORY };
-}
-
-static void append(struct maker *m, enum status s, cJSON *value)
-{
-    if (s == STATUS_OK && value != NULL && m->status == STATUS_OK &&
-        cJSON_AddItemToArray(m->object, value))
-        return;
-    cJSON_Delete(value);
-    failed(m, s != STATUS_OK ? s : STATUS_NO_MEMORY);
-}
-
-static void put_array(struct maker *m, const char *name, struct maker *array)
-{
-    cJSON *made = NULL;
-    enum status s = end(array, &made);
-    put_made(m, name, s, made);
+    maker_number(&m, "row", (double)hit->row + 1.0);
+    maker_number(&m, "Cm", row.Cm);
+    maker_number(&m, "Bm", row.Bm);
+    maker_number(&m, "Ch", row.Ch);
+    maker_number(&m, "distance", hit->distance);
+    return maker_end(&m, ret);
 }
 
 static void put_nearest(struct maker *m, const struct table *table, const struct nearest_hit *hits,
                         size_t n)
 {
-    struct maker array = begin_array();
+    struct maker array = maker_begin_array();
     for (size_t i = 0; i < n; i++) {
         cJSON *hit = NULL;
         enum status s = make_hit(table, &hits[i], &hit);
-        append(&array, s, hit);
+        maker_append(&array, s, hit);
     }
-    put_array(m, "nearest", &array);
+    maker_array(m, "nearest", &array);
 }
 
 static void put_match_flags(struct maker *m, unsigned flags)
 {
-    struct maker array = begin_array();
+    struct maker array = maker_begin_array();
     for (size_t i = 0; i < MATCH_FLAG_COUNT; i++)
         if (flags & 1u << i)
-            append(&array, STATUS_OK, cJSON_CreateString(match_flag_name(i)));
-    put_array(m, "flags", &array);
+            maker_append(&array, STATUS_OK, cJSON_CreateString(match_flag_name(i)));
+    maker_array(m, "flags", &array);
 }
 
 enum status wire_match(const struct table *table, const struct match *match,
                        const struct nearest_hit *hits, size_t k, cJSON **ret)
 {
-    struct maker m = begin();
-    put_number(&m, "Cm", match->row.Cm);
-    put_number(&m, "Bm", match->row.Bm);
-    put_number(&m, "Ch", match->row.Ch);
-    put_number(&m, "L", match->row.Lab[0]);
-    put_number(&m, "a", match->row.Lab[1]);
-    put_number(&m, "b", match->row.Lab[2]);
-    put_known_number(&m, "dE00", match->dE00);
-    put_known_number(&m, "rms", match->rms);
-    put_number(&m, "distance", match->distance);
-    put_text(&m, "by", match_by_name(match->by));
-    put_text(&m, "table", table->name);
-    put_text(&m, "table_sha256", table->sha256);
+    struct maker m = maker_begin();
+    maker_number(&m, "Cm", match->row.Cm);
+    maker_number(&m, "Bm", match->row.Bm);
+    maker_number(&m, "Ch", match->row.Ch);
+    maker_number(&m, "L", match->row.Lab[0]);
+    maker_number(&m, "a", match->row.Lab[1]);
+    maker_number(&m, "b", match->row.Lab[2]);
+    maker_known_number(&m, "dE00", match->dE00);
+    maker_known_number(&m, "rms", match->rms);
+    maker_number(&m, "distance", match->distance);
+    maker_text(&m, "by", match_by_name(match->by));
+    maker_text(&m, "table", table->name);
+    maker_text(&m, "table_sha256", table->sha256);
     if (k > 0)
         put_nearest(&m, table, hits, k < match->found ? k : match->found);
     put_match_flags(&m, match->flags);
-    return end(&m, ret);
+    return maker_end(&m, ret);
 }
 
 /* JSON text that the store keeps, as it is: parsed and printed it would be the same. */
@@ -191,49 +91,49 @@ static void put_json(struct maker *m, const char *name, const char *text)
     enum strict_json_fault fault;
     enum status s = strict_json_parse(text, strlen(text), &parsed, &fault, NULL);
     if (s == STATUS_OK)
-        put(m, name, parsed);
+        maker_put(m, name, parsed);
     else
-        failed(m, s == STATUS_FORMAT ? STATUS_RANGE : s);
+        maker_fail(m, s == STATUS_FORMAT ? STATUS_RANGE : s);
 }
 
 static void put_spectra(struct maker *m, const char *name, const struct spectrum *spectrum,
                         size_t n)
 {
-    struct maker array = begin_array();
+    struct maker array = maker_begin_array();
     for (size_t i = 0; i < n; i++) {
         cJSON *made = NULL;
         enum status s = wire_spectrum(&spectrum[i], &made);
-        append(&array, s, made);
+        maker_append(&array, s, made);
     }
-    put_array(m, name, &array);
+    maker_array(m, name, &array);
 }
 
 static void put_colour(struct maker *m, const struct store_record *r)
 {
     if (isfinite(r->XYZ[0])) {
-        put_numbers(m, "XYZ", r->XYZ, 3);
-        put_numbers(m, "Lab", r->Lab, 3);
-        put(m, "sRGB", cJSON_CreateIntArray(r->sRGB, 3));
-        put_number(m, "ITA", r->ITA);
-        put_text(m, "ita_scheme", r->ita_scheme);
+        maker_numbers(m, "XYZ", r->XYZ, 3);
+        maker_numbers(m, "Lab", r->Lab, 3);
+        maker_put(m, "sRGB", cJSON_CreateIntArray(r->sRGB, 3));
+        maker_number(m, "ITA", r->ITA);
+        maker_text(m, "ita_scheme", r->ita_scheme);
     }
-    put_text(m, "illuminant", r->illuminant);
-    put_text(m, "observer", r->observer);
+    maker_text(m, "illuminant", r->illuminant);
+    maker_text(m, "observer", r->observer);
 }
 
 static void put_instrument(struct maker *m, const struct store_instrument *i)
 {
     char name[sizeof i->maker + sizeof i->model];
     snprintf(name, sizeof name, "%s%s%s", i->maker, *i->maker != '\0' ? " " : "", i->model);
-    put_known_text(m, "instrument", name);
-    put_known_text(m, "serial", i->serial);
+    maker_known_text(m, "instrument", name);
+    maker_known_text(m, "serial", i->serial);
 }
 
 static void put_readings(struct maker *m, const struct store_record *r)
 {
-    put_text(m, "specular", specular_name(r->specular));
-    put_known_number(m, "aperture_mm", r->aperture_mm);
-    put_known_number(m, "surface", r->surface);
+    maker_text(m, "specular", specular_name(r->specular));
+    maker_known_number(m, "aperture_mm", r->aperture_mm);
+    maker_known_number(m, "surface", r->surface);
     put_spectra(m, "replicates", r->replicate, r->replicate[0].n > 0 ? r->replicates : 0);
     if (r->replicate_sci[0].n > 0 && r->replicates > 0)
         put_spectra(m, "replicates_sci", r->replicate_sci, r->replicates);
@@ -242,98 +142,35 @@ static void put_readings(struct maker *m, const struct store_record *r)
 
 enum status wire_record(const struct store_record *r, cJSON **ret)
 {
-    struct maker m = begin();
-    put_text(&m, "id", r->id);
-    put_number(&m, "seq", (double)r->seq);
-    put_known_text(&m, "uuid", r->uuid);
-    put_text(&m, "taken_at", r->taken_at);
-    put_known_text(&m, "operator", r->operator_name);
+    struct maker m = maker_begin();
+    maker_text(&m, "id", r->id);
+    maker_number(&m, "seq", (double)r->seq);
+    maker_known_text(&m, "uuid", r->uuid);
+    maker_text(&m, "taken_at", r->taken_at);
+    maker_known_text(&m, "operator", r->operator_name);
     put_instrument(&m, &r->instrument);
     put_readings(&m, r);
     put_colour(&m, r);
-    put_known_text(&m, "calibration_id", r->calibration_id);
+    maker_known_text(&m, "calibration_id", r->calibration_id);
     if (r->fence > 0)
-        put_number(&m, "fence", (double)r->fence);
-    put_known_text(&m, "subject", r->subject);
-    put_known_text(&m, "site", r->site);
+        maker_number(&m, "fence", (double)r->fence);
+    maker_known_text(&m, "subject", r->subject);
+    maker_known_text(&m, "site", r->site);
     put_json(&m, "flags", *r->flags != '\0' ? r->flags : "[]");
-    put_known_text(&m, "corrects", r->corrects);
+    maker_known_text(&m, "corrects", r->corrects);
     if (*r->match_json != '\0')
         put_json(&m, "match", r->match_json);
-    return end(&m, ret);
+    return maker_end(&m, ret);
 }
 
 /* ---- reading ------------------------------------------------------------------------ */
 
-struct taker {
-    const cJSON *object;
-    bool failed;
-};
-
-static double get_known_number(struct taker *t, const char *name)
-{
-    const cJSON *value = strict_json_member(t->object, name);
-    if (value == NULL)
-        return NAN;
-    t->failed = t->failed || !cJSON_IsNumber(value);
-    return value->valuedouble;
-}
-
-static double get_number(struct taker *t, const char *name)
-{
-    double x = get_known_number(t, name);
-    t->failed = t->failed || !isfinite(x);
-    return x;
-}
-
-/* An integer that a double holds; others are a failure and 0. */
-static int64_t get_integer(struct taker *t, const char *name)
-{
-    double x = get_number(t, name);
-    if (fabs(x) <= 9007199254740991.0)
-        return (int64_t)x;
-    t->failed = true;
-    return 0;
-}
-
-static void get_known_text(struct taker *t, const char *name, char *into, size_t size)
-{
-    const cJSON *value = strict_json_member(t->object, name);
-    const char *text = value != NULL ? cJSON_GetStringValue(value) : "";
-    if (text == NULL || strlen(text) >= size)
-        t->failed = true;
-    else
-        strcpy(into, text);
-}
-
-static void get_text(struct taker *t, const char *name, char *into, size_t size)
-{
-    t->failed = t->failed || strict_json_member(t->object, name) == NULL;
-    get_known_text(t, name, into, size);
-}
-
-/* Numbers of an array, at most max; how many. */
-static size_t get_numbers(struct taker *t, const char *name, double *into, size_t max)
-{
-    const cJSON *array = strict_json_member(t->object, name), *one;
-    size_t n = 0;
-    cJSON_ArrayForEach(one, array)
-    {
-        if (n == max || !cJSON_IsNumber(one)) {
-            t->failed = true;
-            break;
-        }
-        into[n++] = one->valuedouble;
-    }
-    return n;
-}
-
 static void take_spectrum(struct taker *t, struct spectrum *s)
 {
     *s = (struct spectrum){ .specular = SPECULAR_UNKNOWN, .aperture_mm = NAN };
-    s->first_nm = get_number(t, "first_nm");
-    s->step_nm = get_number(t, "step_nm");
-    s->n = get_numbers(t, "values", s->value, SPECTRUM_MAX_BANDS);
+    s->first_nm = taker_number(t, "first_nm");
+    s->step_nm = taker_number(t, "step_nm");
+    s->n = taker_numbers(t, "values", s->value, SPECTRUM_MAX_BANDS);
     t->failed = t->failed || s->n == 0 || !(s->step_nm > 0.0);
 }
 
@@ -353,7 +190,7 @@ static enum match_by get_by(struct taker *t)
     static const enum match_by ways[] = { MATCH_RGB, MATCH_RGB_FLOAT, MATCH_LAB, MATCH_DE2000,
                                           MATCH_SPECTRUM };
     char name[16] = "";
-    get_text(t, "by", name, sizeof name);
+    taker_text(t, "by", name, sizeof name);
     for (size_t i = 0; i < sizeof ways / sizeof *ways; i++)
         if (strcmp(name, match_by_name(ways[i])) == 0)
             return ways[i];
@@ -379,22 +216,22 @@ enum status wire_read_match(const cJSON *object, struct wire_match *ret)
     struct taker t = { object, false };
     struct wire_match m = { .match = { .row = { .rgb = { NAN, NAN, NAN } } } };
     const cJSON *nearest = strict_json_member(object, "nearest");
-    m.match.row.Cm = get_number(&t, "Cm");
-    m.match.row.Bm = get_number(&t, "Bm");
-    m.match.row.Ch = get_number(&t, "Ch");
-    m.match.row.Lab[0] = get_number(&t, "L");
-    m.match.row.Lab[1] = get_number(&t, "a");
-    m.match.row.Lab[2] = get_number(&t, "b");
-    m.match.dE00 = get_known_number(&t, "dE00");
-    m.match.rms = get_known_number(&t, "rms");
-    m.match.distance = get_number(&t, "distance");
+    m.match.row.Cm = taker_number(&t, "Cm");
+    m.match.row.Bm = taker_number(&t, "Bm");
+    m.match.row.Ch = taker_number(&t, "Ch");
+    m.match.row.Lab[0] = taker_number(&t, "L");
+    m.match.row.Lab[1] = taker_number(&t, "a");
+    m.match.row.Lab[2] = taker_number(&t, "b");
+    m.match.dE00 = taker_known_number(&t, "dE00");
+    m.match.rms = taker_known_number(&t, "rms");
+    m.match.distance = taker_number(&t, "distance");
     m.match.by = get_by(&t);
     m.match.flags = get_match_flags(&t);
-    get_text(&t, "table", m.table, sizeof m.table);
-    get_text(&t, "table_sha256", m.table_sha256, sizeof m.table_sha256);
+    taker_text(&t, "table", m.table, sizeof m.table);
+    taker_text(&t, "table_sha256", m.table_sha256, sizeof m.table_sha256);
     if (nearest != NULL && nearest->child != NULL) {
         struct taker first = { nearest->child, false };
-        int64_t row = get_integer(&first, "row");
+        int64_t row = taker_integer(&first, "row");
         t.failed = t.failed || first.failed || row < 1;
         m.match.row_index = row > 0 ? (size_t)row - 1 : 0;
         m.match.found = (size_t)cJSON_GetArraySize(nearest);
@@ -430,10 +267,10 @@ static void get_readings(struct taker *t, struct store_record *r)
 {
     char specular[8] = "";
     struct taker spectrum = { strict_json_member(t->object, "spectrum"), false };
-    get_text(t, "specular", specular, sizeof specular);
+    taker_text(t, "specular", specular, sizeof specular);
     t->failed = t->failed || specular_parse(specular, &r->specular) != STATUS_OK;
-    r->aperture_mm = get_known_number(t, "aperture_mm");
-    r->surface = get_known_number(t, "surface");
+    r->aperture_mm = taker_known_number(t, "aperture_mm");
+    r->surface = taker_known_number(t, "surface");
     size_t sce = get_spectra(t, "replicates", r->replicate, SPECULAR_SCE, r->aperture_mm);
     size_t sci = get_spectra(t, "replicates_sci", r->replicate_sci, SPECULAR_SCI, r->aperture_mm);
     r->replicates = sce > 0 ? sce : sci;
@@ -446,7 +283,7 @@ static void get_readings(struct taker *t, struct store_record *r)
 
 static void get_triple(struct taker *t, const char *name, double into[3])
 {
-    t->failed = get_numbers(t, name, into, 3) != 3 || t->failed;
+    t->failed = taker_numbers(t, name, into, 3) != 3 || t->failed;
 }
 
 static void get_colour(struct taker *t, struct store_record *r)
@@ -454,8 +291,8 @@ static void get_colour(struct taker *t, struct store_record *r)
     r->ITA = NAN;
     for (size_t i = 0; i < 3; i++)
         r->XYZ[i] = r->Lab[i] = NAN;
-    get_text(t, "illuminant", r->illuminant, sizeof r->illuminant);
-    get_text(t, "observer", r->observer, sizeof r->observer);
+    taker_text(t, "illuminant", r->illuminant, sizeof r->illuminant);
+    taker_text(t, "observer", r->observer, sizeof r->observer);
     if (strict_json_member(t->object, "XYZ") == NULL)
         return;
     double codes[3] = { 0, 0, 0 };
@@ -467,22 +304,8 @@ static void get_colour(struct taker *t, struct store_record *r)
         r->sRGB[i] = fits ? (int)codes[i] : 0;
         t->failed = t->failed || !fits;
     }
-    r->ITA = get_number(t, "ITA");
-    get_text(t, "ita_scheme", r->ita_scheme, sizeof r->ita_scheme);
-}
-
-/* A member as JSON text again. */
-static void get_json(struct taker *t, const char *name, char *into, size_t size)
-{
-    const cJSON *value = strict_json_member(t->object, name);
-    char *text = NULL;
-    if (value == NULL)
-        return;
-    if (json_print(value, size - 1, &text, NULL) == STATUS_OK)
-        strcpy(into, text);
-    else
-        t->failed = true;
-    free(text);
+    r->ITA = taker_number(t, "ITA");
+    taker_text(t, "ita_scheme", r->ita_scheme, sizeof r->ita_scheme);
 }
 
 static void get_match(struct taker *t, struct store_record *r)
@@ -495,7 +318,7 @@ static void get_match(struct taker *t, struct store_record *r)
         t->failed = true;
         return;
     }
-    get_json(t, "match", r->match_json, sizeof r->match_json);
+    taker_json(t, "match", r->match_json, sizeof r->match_json);
     snprintf(r->table_name, sizeof r->table_name, "%s", m.table);
     snprintf(r->table_sha256, sizeof r->table_sha256, "%s", m.table_sha256);
     snprintf(r->method, sizeof r->method, "%s", match_by_name(m.match.by));
@@ -505,28 +328,28 @@ static void get_match(struct taker *t, struct store_record *r)
 static void get_instrument(struct taker *t, struct store_instrument *i)
 {
     char name[sizeof i->maker + sizeof i->model] = "";
-    get_known_text(t, "instrument", name, sizeof name);
+    taker_known_text(t, "instrument", name, sizeof name);
     memcpy(i->model, name, sizeof i->model - 1);
-    get_known_text(t, "serial", i->serial, sizeof i->serial);
+    taker_known_text(t, "serial", i->serial, sizeof i->serial);
 }
 
 static void take_record(struct taker *t, struct store_record *r)
 {
-    get_text(t, "id", r->id, sizeof r->id);
-    r->seq = get_integer(t, "seq");
-    get_known_text(t, "uuid", r->uuid, sizeof r->uuid);
-    get_text(t, "taken_at", r->taken_at, sizeof r->taken_at);
-    get_known_text(t, "operator", r->operator_name, sizeof r->operator_name);
+    taker_text(t, "id", r->id, sizeof r->id);
+    r->seq = taker_integer(t, "seq");
+    taker_known_text(t, "uuid", r->uuid, sizeof r->uuid);
+    taker_text(t, "taken_at", r->taken_at, sizeof r->taken_at);
+    taker_known_text(t, "operator", r->operator_name, sizeof r->operator_name);
     get_instrument(t, &r->instrument);
     get_readings(t, r);
     get_colour(t, r);
-    get_known_text(t, "calibration_id", r->calibration_id, sizeof r->calibration_id);
+    taker_known_text(t, "calibration_id", r->calibration_id, sizeof r->calibration_id);
     if (strict_json_member(t->object, "fence") != NULL)
-        r->fence = get_integer(t, "fence");
-    get_known_text(t, "subject", r->subject, sizeof r->subject);
-    get_known_text(t, "site", r->site, sizeof r->site);
-    get_json(t, "flags", r->flags, sizeof r->flags);
-    get_known_text(t, "corrects", r->corrects, sizeof r->corrects);
+        r->fence = taker_integer(t, "fence");
+    taker_known_text(t, "subject", r->subject, sizeof r->subject);
+    taker_known_text(t, "site", r->site, sizeof r->site);
+    taker_json(t, "flags", r->flags, sizeof r->flags);
+    taker_known_text(t, "corrects", r->corrects, sizeof r->corrects);
     get_match(t, r);
     r->raw_unit = NAN;
 }
