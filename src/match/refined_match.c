@@ -1,0 +1,163 @@
+/* refined_match.c - the rows found are where the fit begins. */
+#include "match/refined_match.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- names -------------------------------------------------------------------------- */
+
+static const char *const kind_names[REFINE_KINDS] = { "", "three" };
+
+const char *refine_kind_name(enum refine_kind kind)
+{
+    return (size_t)kind < REFINE_KINDS ? kind_names[kind] : "";
+}
+
+enum status refine_kind_parse(const char *text, enum refine_kind *ret)
+{
+    for (int i = REFINE_THREE; i < REFINE_KINDS; i++) {
+        if (strcmp(text, kind_names[i]) == 0) {
+            *ret = (enum refine_kind)i;
+            return STATUS_OK;
+        }
+    }
+    return STATUS_NOT_FOUND;
+}
+
+const char *noise_source_name(enum noise_source source)
+{
+    static const char *const names[NOISE_SOURCES] = { "stated", "population", "replicates" };
+    return (size_t)source < NOISE_SOURCES ? names[source] : "unknown";
+}
+
+/* ---- what is asked ------------------------------------------------------------------ */
+
+struct refine_wish refine_wish_none(void)
+{
+    struct refine_wish wish = { .kind = REFINE_NOT, .white = NAN, .placement = NAN };
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+        wish.fix[i] = NAN;
+    return wish;
+}
+
+static enum status refuse(const char **why, const char *what)
+{
+    if (why != NULL)
+        *why = what;
+    return STATUS_RANGE;
+}
+
+/* A parameter that was held already is held elsewhere: fit_check() knows what skin can be. */
+static enum status hold(struct fit *fit, size_t i, double value, const char **why)
+{
+    static const char *const outside[SKIN_PARAMETERS] = {
+        "the fixed Cm lies outside the fit's bounds; the table's axes and --help have them",
+        "the fixed Bm lies outside the fit's bounds; it is a share, 0..1",
+        "the fixed Ch lies outside the fit's bounds; the table's axes and --help have them",
+        "the fixed SO2 lies outside the fit's bounds; it is a share, 0..1",
+        "the fixed epidermis_mm lies outside the fit's bounds; 0.08 is usual",
+        "the fixed scattering_a lies outside the fit's bounds; leave it free",
+        "the fixed scattering_b lies outside the fit's bounds; leave it free",
+    };
+    struct skin_role *role = &fit->role[i];
+    if (!fit->own_scattering && i >= SKIN_SCATTERING_A)
+        return refuse(why, "this fit has the scattering of the table; to fix another, fit skin");
+    if (!isfinite(value) || (role->free && (value < role->lo || value > role->hi)))
+        return refuse(why, outside[i]);
+    *role = (struct skin_role){ .value = value, .lo = value, .hi = value, .prior_sd = INFINITY };
+    return STATUS_OK;
+}
+
+enum status refine_wish_fit(const struct refine_wish *wish, const struct recipe *recipe,
+                            struct fit *ret, const char **why)
+{
+    struct fit fit = fit_three(recipe);
+    enum status s = STATUS_OK;
+    fit.illuminant = recipe->illuminant;
+    fit.observer = recipe->observer;
+    for (size_t i = 0; i < SKIN_PARAMETERS && s == STATUS_OK; i++)
+        if (!isnan(wish->fix[i]))
+            s = hold(&fit, i, wish->fix[i], why);
+    if (s == STATUS_OK)
+        s = fit_check(&fit, why);
+    if (s == STATUS_OK)
+        *ret = fit;
+    return s;
+}
+
+enum status refine_wish_noise(const struct refine_wish *wish, const struct spectrum *replicate,
+                              size_t n, struct noise *ret, enum noise_source *source)
+{
+    struct noise noise = noise_default();
+    bool white = !isnan(wish->white), placement = !isnan(wish->placement);
+    if (white)
+        noise.white = wish->white;
+    *source = white || placement ? NOISE_STATED : n > 1 ? NOISE_REPLICATES : NOISE_POPULATION;
+    if (*source == NOISE_REPLICATES)
+        return noise_from_replicates(&noise, replicate, n, ret);
+    if (*source == NOISE_STATED)
+        noise.placement = placement ? wish->placement : 0.0;
+    enum status s = noise_check(&noise, NULL);
+    if (s == STATUS_OK)
+        *ret = noise;
+    return s;
+}
+
+/* ---- the answer --------------------------------------------------------------------- */
+
+/* Rows know three parameters; the others begin as the fit says. */
+static size_t starts_of(const struct table *table, const struct nearest_hit *hits, size_t found,
+                        const struct fit *fit, double (*starts)[SKIN_PARAMETERS])
+{
+    size_t n = found < REFINE_STARTS ? found : REFINE_STARTS;
+    for (size_t i = 0; i < n; i++) {
+        struct table_row row;
+        table_get(table, hits[i].row, &row);
+        for (size_t j = 0; j < SKIN_PARAMETERS; j++)
+            starts[i][j] = fit->role[j].value;
+        starts[i][SKIN_CM] = row.Cm;
+        starts[i][SKIN_BM] = row.Bm;
+        starts[i][SKIN_CH] = row.Ch;
+    }
+    return n;
+}
+
+static void colour_of_fit(const struct table *table, const struct spectrum *mean,
+                          const struct refined *refined, double Lab[3])
+{
+    struct spectrum fitted = *mean;
+    double rgb[3];
+    for (size_t i = 0; i < fitted.n; i++)
+        fitted.value[i] -= refined->residual[i];
+    if (matcher_colour(table, &fitted, Lab, rgb) != STATUS_OK)
+        Lab[0] = Lab[1] = Lab[2] = NAN;
+}
+
+enum status refined_match(const struct matcher *matcher, const struct refiner *refiner,
+                          const struct refine_wish *wish, const struct spectrum *replicate,
+                          size_t n, const struct spectrum *mean, size_t k, struct nearest_hit *hits,
+                          struct refined_match *ret, const char **why)
+{
+    struct refined_match made = { .wish = *wish };
+    double starts[REFINE_STARTS][SKIN_PARAMETERS];
+    struct noise noise;
+    struct fit fit;
+    if (why != NULL)
+        *why = NULL;
+    enum status s =
+        matcher_match(matcher, mean, k > REFINE_STARTS ? k : REFINE_STARTS, hits, &made.nearest);
+    if (s == STATUS_OK)
+        s = refine_wish_fit(wish, &matcher->table->recipe, &fit, why);
+    if (s == STATUS_OK)
+        s = refine_wish_noise(wish, replicate, n, &noise, &made.source);
+    if (s != STATUS_OK)
+        return s;
+    size_t starts_n = starts_of(matcher->table, hits, made.nearest.found, &fit, starts);
+    s = refiner_run(refiner, &noise, replicate, n, (const double(*)[SKIN_PARAMETERS])starts,
+                    starts_n, REFINE_ALL, &made.refined, why);
+    if (s != STATUS_OK)
+        return s;
+    colour_of_fit(matcher->table, mean, &made.refined, made.Lab);
+    *ret = made;
+    return STATUS_OK;
+}
