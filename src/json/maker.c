@@ -88,9 +88,9 @@ void maker_append(struct maker *m, enum status s, cJSON *value)
     maker_fail(m, s != STATUS_OK ? s : STATUS_NO_MEMORY);
 }
 
-void maker_array(struct maker *m, const char *name, struct maker *array)
+void maker_nested(struct maker *m, const char *name, struct maker *filled)
 {
     cJSON *made = NULL;
-    enum status s = maker_end(array, &made);
+    enum status s = maker_end(filled, &made);
     maker_made(m, name, s, made);
 }

@@ -31,9 +31,9 @@ void maker_fail(struct maker *m, enum status status);
 void maker_put(struct maker *m, const char *name, cJSON *value);
 void maker_append(struct maker *m, enum status s, cJSON *value);
 
-/* What another function made, or its status; an array that was filled likewise. */
+/* What another function made, or its status; an object or an array that was filled likewise. */
 void maker_made(struct maker *m, const char *name, enum status s, cJSON *made);
-void maker_array(struct maker *m, const char *name, struct maker *array);
+void maker_nested(struct maker *m, const char *name, struct maker *filled);
 
 /* `known`: NAN and "" are left out. */
 void maker_number(struct maker *m, const char *name, double x);

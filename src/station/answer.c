@@ -1,4 +1,4 @@
-/* answer.c - one way to colour and match, for new records and for recomputed ones. */
+/* answer.c - one way to colour, match and refine, for new records and for recomputed ones. */
 #include "station/answer.h"
 
 #include <math.h>
@@ -8,17 +8,12 @@
 #include "colour/lab.h"
 #include "colour/srgb.h"
 #include "json/print.h"
-#include "station/strict_json.h"
+#include "station/quality.h"
 #include "station/wire.h"
 
 enum { QUICK_MAX_K = 32 };
 
 /* ---- colour ------------------------------------------------------------------------- */
-
-struct colour {
-    double XYZ[3], Lab[3], ITA;
-    int sRGB[3];
-};
 
 /* NULL where the bands give no colour. */
 static const struct xyz_weights *weights_of(struct answer_weights *w, const struct spectrum *s)
@@ -33,13 +28,11 @@ static const struct xyz_weights *weights_of(struct answer_weights *w, const stru
     return w->usable ? &w->weights : NULL;
 }
 
-/* False, with numbers that say so, where there is none: bands that do not do, or one of
- * them not measured. */
-static bool colour_of(struct answer_weights *w, const struct spectrum *s, struct colour *ret)
+bool answer_colour_of(struct answer_weights *w, const struct spectrum *s, struct answer_colour *ret)
 {
     const struct xyz_weights *weights = weights_of(w, s);
     double linear[3];
-    *ret = (struct colour){ { NAN, NAN, NAN }, { NAN, NAN, NAN }, NAN, { 0, 0, 0 } };
+    *ret = (struct answer_colour){ { NAN, NAN, NAN }, { NAN, NAN, NAN }, NAN, { 0, 0, 0 } };
     if (weights == NULL)
         return false;
     xyz_from_reflectance(weights, s->value, ret->XYZ);
@@ -52,8 +45,8 @@ static bool colour_of(struct answer_weights *w, const struct spectrum *s, struct
 
 void answer_colour(struct answer_weights *weights, struct store_record *record)
 {
-    struct colour colour;
-    bool known = colour_of(weights, &record->spectrum, &colour);
+    struct answer_colour colour;
+    bool known = answer_colour_of(weights, &record->spectrum, &colour);
     memcpy(record->XYZ, colour.XYZ, sizeof record->XYZ);
     memcpy(record->Lab, colour.Lab, sizeof record->Lab);
     memcpy(record->sRGB, colour.sRGB, sizeof record->sRGB);
@@ -70,7 +63,7 @@ bool answer_is_quick(struct loaded_table *table, enum match_by by, size_t k)
     return by != MATCH_DE2000 && k <= QUICK_MAX_K && loaded_matcher_is_made(table, by);
 }
 
-static enum status find(struct loaded_table *table, enum match_by by, size_t k,
+enum status answer_find(struct loaded_table *table, enum match_by by, size_t k,
                         const struct spectrum *spectrum, struct nearest_hit *hits,
                         struct match *ret)
 {
@@ -86,7 +79,7 @@ enum status answer_match(struct loaded_table *table, enum match_by by, size_t k,
     struct match match;
     cJSON *kept = NULL, *reply = NULL;
     char *text = NULL;
-    enum status s = find(table, by, k, &record->spectrum, hits, &match);
+    enum status s = answer_find(table, by, k, &record->spectrum, hits, &match);
     if (s == STATUS_OK)
         s = wire_match(rows, &match, hits, 0, &kept);
     if (s == STATUS_OK)
@@ -106,107 +99,103 @@ enum status answer_match(struct loaded_table *table, enum match_by by, size_t k,
     return s;
 }
 
-/* ---- both again --------------------------------------------------------------------- */
+/* ---- refined ------------------------------------------------------------------------- */
 
-struct comparison {
-    bool same;
-    double difference;
-};
-
-/* Finite numbers that are equal have the same bits, but for the sign of 0, which the text
- * of a stored match does not keep; how a NAN is coded says nothing. */
-static void compare(struct comparison *c, double stored, double now)
+/* One replicate as it is fitted: SCE. */
+static enum status settle(const struct store_record *record, struct spectrum *replicate)
 {
-    if (stored == now || (isnan(stored) && isnan(now)))
-        return;
-    c->same = false;
-    double relative = 1.0; /* a number on one side alone */
-    if (!isnan(stored) && !isnan(now))
-        relative = fabs(now - stored) / fmax(fabs(now), fabs(stored));
-    c->difference = fmax(c->difference, relative);
-}
-
-/* What has no measure of its own. */
-static void compare_whole(struct comparison *c, bool same)
-{
-    c->same = c->same && same;
-    c->difference = fmax(c->difference, same ? 0.0 : 1.0);
-}
-
-static void compare_colour(struct comparison *c, const struct store_record *stored,
-                           const struct colour *now)
-{
-    for (size_t i = 0; i < 3; i++) {
-        compare(c, stored->XYZ[i], now->XYZ[i]);
-        compare(c, stored->Lab[i], now->Lab[i]);
-        compare(c, stored->sRGB[i], now->sRGB[i]);
-    }
-    compare(c, stored->ITA, now->ITA);
-}
-
-static void compare_match(struct comparison *c, const struct match *stored, const struct match *now)
-{
-    const struct table_row *a = &stored->row, *b = &now->row;
-    compare_whole(c, stored->flags == now->flags);
-    compare_whole(c, a->Cm == b->Cm && a->Bm == b->Bm && a->Ch == b->Ch); /* else another row */
-    for (size_t i = 0; i < 3; i++)
-        compare(c, a->Lab[i], b->Lab[i]);
-    compare(c, stored->dE00, now->dE00);
-    compare(c, stored->rms, now->rms);
-    compare(c, stored->distance, now->distance);
-}
-
-static enum status read_stored(const struct store_record *record, cJSON **object,
-                               struct wire_match *ret)
-{
-    enum strict_json_fault fault;
-    enum status s =
-        strict_json_parse(record->match_json, strlen(record->match_json), object, &fault, NULL);
-    return s == STATUS_OK ? wire_read_match(*object, ret) : s;
-}
-
-/* Both matches are given away, whatever happens. */
-static enum status make_result(const char *id, const struct comparison *c, cJSON *stored,
-                               cJSON *recomputed, cJSON **ret)
-{
-    cJSON *result = cJSON_CreateObject();
-    bool good = cJSON_AddStringToObject(result, "id", id) != NULL &&
-                cJSON_AddBoolToObject(result, "same_bits", c->same) != NULL &&
-                cJSON_AddNumberToObject(result, "difference", c->difference) != NULL;
-    if (good && cJSON_AddItemToObject(result, "stored", stored))
-        stored = NULL;
-    if (good && cJSON_AddItemToObject(result, "recomputed", recomputed))
-        recomputed = NULL;
-    if (stored == NULL && recomputed == NULL) {
-        *ret = result;
+    if (isnan(record->surface))
         return STATUS_OK;
-    }
-    cJSON_Delete(stored);
-    cJSON_Delete(recomputed);
-    cJSON_Delete(result);
-    return STATUS_NO_MEMORY;
+    replicate->specular = SPECULAR_SCI;
+    return spectrum_remove_surface(replicate, record->surface, NULL);
 }
 
-enum status answer_recompute(struct answer_weights *weights, struct loaded_table *table,
-                             const struct store_record *record, cJSON **ret)
+/* The replicates that the mean is of: malloc'ed.  Where there is one spectrum alone, that. */
+static enum status replicates_of(const struct store_record *record, struct spectrum **ret,
+                                 size_t *n)
 {
-    struct comparison comparison = { true, 0.0 };
-    struct wire_match stored;
-    struct match now;
-    struct nearest_hit hit;
-    struct colour colour;
-    cJSON *before = NULL, *after = NULL;
-    enum status s = read_stored(record, &before, &stored);
-    if (s == STATUS_OK)
-        s = find(table, stored.match.by, 1, &record->spectrum, &hit, &now);
-    if (s == STATUS_OK)
-        s = wire_match(loaded_table(table), &now, &hit, 0, &after);
-    if (s != STATUS_OK) {
-        cJSON_Delete(before);
-        return s;
+    const struct spectrum *all = isnan(record->surface) ? record->replicate : record->replicate_sci;
+    double a_star[QUALITY_MAX_REPLICATES];
+    struct quality_set set = { .kept = 1 };
+    bool one = record->replicates == 0 || all[0].n == 0;
+    enum status s = STATUS_OK;
+    for (size_t i = 0; i < QUALITY_MAX_REPLICATES; i++)
+        a_star[i] = NAN; /* redness is for the operator: it leaves nothing out */
+    if (!one)
+        s = quality_of_set(all, a_star, record->replicates, &set);
+    struct spectrum *kept = s == STATUS_OK ? malloc(set.kept * sizeof *kept) : NULL;
+    if (kept == NULL)
+        return s == STATUS_OK ? STATUS_NO_MEMORY : s;
+    *n = 0;
+    if (one)
+        kept[(*n)++] = record->spectrum;
+    for (size_t i = 0; !one && i < record->replicates && s == STATUS_OK; i++) {
+        if (set.left_out[i])
+            continue;
+        kept[*n] = all[i];
+        s = settle(record, &kept[(*n)++]);
     }
-    colour_of(weights, &record->spectrum, &colour);
-    compare_colour(&comparison, record, &colour);
-    compare_match(&comparison, &stored.match, &now);
-    return make_result(record->id, &comparison, before, after, ret);
+    if (s == STATUS_OK)
+        *ret = kept;
+    else
+        free(kept);
+    return s;
+}
+
+static enum status fit(const struct matcher *matcher, const struct refine_wish *wish, size_t k,
+                       struct nearest_hit *hits, const struct store_record *record,
+                       const struct spectrum *replicate, size_t n, struct refined_match *ret,
+                       const char **why)
+{
+    const struct spectrum *mean = &record->spectrum;
+    struct refiner *refiner = NULL;
+    struct fit wished;
+    enum status s = refine_wish_fit(wish, &matcher->table->recipe, &wished, why);
+    if (s == STATUS_OK)
+        s = refiner_open(&wished, mean->first_nm, mean->step_nm, mean->n, &refiner, why);
+    if (s == STATUS_OK)
+        s = refined_match(matcher, refiner, wish, replicate, n, mean, k, hits, ret, why);
+    refiner_close(refiner);
+    return s;
+}
+
+enum status answer_fit(struct loaded_table *table, enum match_by by, const struct refine_wish *wish,
+                       size_t k, struct nearest_hit *hits, const struct store_record *record,
+                       struct refined_match *ret, const char **why)
+{
+    const struct matcher *matcher;
+    struct spectrum *replicate = NULL;
+    size_t n = 0;
+    *why = NULL;
+    enum status s = loaded_matcher(table, by, &matcher);
+    if (s == STATUS_OK)
+        s = replicates_of(record, &replicate, &n);
+    if (s == STATUS_OK)
+        s = fit(matcher, wish, k, hits, record, replicate, n, ret, why);
+    free(replicate);
+    return s;
+}
+
+enum status answer_refine(struct loaded_table *table, enum match_by by,
+                          const struct refine_wish *wish, size_t k, struct nearest_hit *hits,
+                          struct store_record *record, cJSON **ret, const char **why)
+{
+    const struct table *rows = loaded_table(table);
+    struct refined_match match;
+    cJSON *kept = NULL, *reply = NULL;
+    char *text = NULL;
+    enum status s = answer_fit(table, by, wish, k, hits, record, &match, why);
+    if (s == STATUS_OK)
+        s = wire_refined_match(rows, &match, hits, 0, &kept);
+    if (s == STATUS_OK)
+        s = json_print(kept, sizeof record->refined_json - 1, &text, NULL);
+    if (s == STATUS_OK && ret != NULL)
+        s = wire_refined_match(rows, &match, hits, k, &reply);
+    if (s == STATUS_OK)
+        strcpy(record->refined_json, text);
+    if (s == STATUS_OK && ret != NULL)
+        *ret = reply;
+    cJSON_Delete(kept);
+    free(text);
+    return s;
 }

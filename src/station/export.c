@@ -82,12 +82,25 @@ struct format {
 static const char csv_columns[] =
     "id,seq,taken_at,uuid,operator,instrument,serial,specular,aperture_mm,surface,subject,site,"
     "X,Y,Z,L,a,b,R,G,B,ITA,illuminant,observer,Cm,Bm,Ch,dE00,rms,by,table,match_flags,flags,"
-    "corrects,calibration_id,fence";
+    "corrects,calibration_id,fence,refine,SO2,epidermis_mm,scattering_a,scattering_b";
+static const char csv_fit_columns[] = "chi_square,degrees,p,noise,placement,row,nearest_Cm,"
+                                      "nearest_Bm,nearest_Ch";
+enum { FIT_COLUMNS = 9 };
 
 static enum status csv_head(struct page *page)
 {
     struct text *t = &page->text;
     put(t, csv_columns);
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
+        static const char *const ends[] = { "_se", "_lo", "_hi" };
+        for (size_t j = 0; j < 3; j++) {
+            put(t, ",");
+            put(t, skin_parameter_name(i));
+            put(t, ends[j]);
+        }
+    }
+    put(t, ",");
+    put(t, csv_fit_columns);
     for (int nm = FIRST_NM; nm <= LAST_NM; nm += STEP_NM) {
         put(t, nm < FULL_FIRST_NM || nm > FULL_LAST_NM ? ",nm" : ",");
         put_integer(t, nm);
@@ -188,20 +201,53 @@ static void csv_colour(struct text *t, const struct store_record *r)
     csv_text(t, r->observer);
 }
 
-static void csv_match(struct text *t, const cJSON *json)
+static void csv_numbers(struct text *t, const double *x, size_t n)
 {
-    struct wire_match m;
-    if (wire_read_match(json, &m) != STATUS_OK) {
-        put(t, ",,,,,,,,");
-        return;
+    for (size_t i = 0; i < n; i++)
+        csv_number(t, x[i]);
+}
+
+static void csv_empty(struct text *t, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        put(t, ",");
+}
+
+/* The answer: of a refined match that, else the nearest row. */
+static void csv_match(struct text *t, const struct wire_match *m, const cJSON *flags)
+{
+    const struct table_row *row = &m->match.row;
+    const struct refined *r = &m->refined.refined;
+    const double nearest[] = { row->Cm, row->Bm, row->Ch, m->match.dE00, m->match.rms };
+    const double refined[] = { r->value[SKIN_CM], r->value[SKIN_BM], r->value[SKIN_CH], r->dE00,
+                               r->rms };
+    csv_numbers(t, m->is_refined ? refined : nearest, 5);
+    csv_text(t, match_by_name(m->match.by));
+    csv_text(t, m->table);
+    csv_tokens(t, flags);
+}
+
+/* How sure it is. */
+static void csv_refined(struct text *t, const struct refined_match *match)
+{
+    const struct refined *r = &match->refined;
+    const struct table_row *row = &match->nearest.row;
+    const double fit[FIT_COLUMNS] = { r->chi_square,
+                                      (double)r->degrees,
+                                      r->degrees > 0 ? r->chi_square_p : (double)NAN,
+                                      r->noise.white,
+                                      r->noise.placement,
+                                      (double)match->nearest.row_index + 1.0,
+                                      row->Cm,
+                                      row->Bm,
+                                      row->Ch };
+    csv_text(t, refine_kind_name(match->wish.kind));
+    csv_numbers(t, r->value + SKIN_SO2, SKIN_PARAMETERS - SKIN_SO2);
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
+        const double one[] = { r->se[i], r->lo[i], r->hi[i] };
+        csv_numbers(t, one, 3);
     }
-    const struct table_row *row = &m.match.row;
-    const double numbers[] = { row->Cm, row->Bm, row->Ch, m.match.dE00, m.match.rms };
-    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
-        csv_number(t, numbers[i]);
-    csv_text(t, match_by_name(m.match.by));
-    csv_text(t, m.table);
-    csv_tokens(t, strict_json_member(json, "flags"));
+    csv_numbers(t, fit, FIT_COLUMNS);
 }
 
 /* Reflectance at that wavelength, NAN where it was not measured. */
@@ -215,16 +261,25 @@ static enum status csv_record(struct page *page, const struct store_record *r)
 {
     struct text *t = &page->text;
     cJSON *flags = NULL, *match = NULL;
+    struct wire_match m;
     enum status s = parse(r->flags, &flags);
     if (s == STATUS_OK)
-        s = parse(r->match_json, &match);
+        s = parse(r->refined_json[0] != '\0' ? r->refined_json : r->match_json, &match);
+    bool matched = wire_read_match(match, &m) == STATUS_OK;
     csv_identity(t, r);
     csv_colour(t, r);
-    csv_match(t, match);
+    if (matched)
+        csv_match(t, &m, strict_json_member(match, "flags"));
+    else
+        csv_empty(t, 8);
     csv_tokens(t, flags);
     csv_text(t, r->corrects);
     csv_text(t, r->calibration_id);
     csv_number(t, r->fence > 0 ? (double)r->fence : (double)NAN);
+    if (matched && m.is_refined)
+        csv_refined(t, &m.refined);
+    else
+        csv_empty(t, 1 + (SKIN_PARAMETERS - SKIN_SO2) + (size_t)3 * SKIN_PARAMETERS + FIT_COLUMNS);
     for (int nm = FIRST_NM; nm <= LAST_NM; nm += STEP_NM)
         csv_number(t, value_at(&r->spectrum, nm));
     put(t, "\r\n");

@@ -1,6 +1,7 @@
 /* params.c - look-ups by exact name. */
 #include "station/params.h"
 
+#include <math.h>
 #include <nettle/base16.h>
 #include <nettle/sha2.h>
 #include <stdio.h>
@@ -72,6 +73,31 @@ bool params_by(const struct request *request, enum match_by *ret)
         return true;
     }
     return false;
+}
+
+bool params_wish(const struct request *request, struct refine_wish *ret, struct refusal *refusal)
+{
+    static const char *const alone[] = { "noise", "placement", "fix" };
+    const cJSON *fix = strict_json_member(request->params, "fix");
+    const char *kind = params_text(request, "refine");
+    *ret = refine_wish_none();
+    for (size_t i = 0; kind == NULL && i < sizeof alone / sizeof *alone; i++) {
+        if (!params_has(request, alone[i]))
+            continue;
+        refusal_set(refusal, REASON_PARAMS_INVALID, "`%s` goes with `refine`", alone[i]);
+        snprintf(refusal->path, sizeof refusal->path, "/params/%s", alone[i]);
+        return false;
+    }
+    if (kind == NULL)
+        return true;
+    (void)refine_kind_parse(kind, &ret->kind); /* the description lists them */
+    ret->white = params_number(request, "noise", NAN);
+    ret->placement = params_number(request, "placement", NAN);
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
+        const cJSON *value = strict_json_member(fix, skin_parameter_name(i));
+        ret->fix[i] = value != NULL ? value->valuedouble : (double)NAN;
+    }
+    return true;
 }
 
 /* ---- what is asked ------------------------------------------------------------------ */

@@ -8,6 +8,7 @@
 
 #include "base/spectrum.h"
 #include "match/nearest.h"
+#include "match/refined_match.h"
 #include "station/protocol.h"
 
 const char *params_text(const struct request *request, const char *name); /* NULL: absent */
@@ -24,6 +25,10 @@ void params_lower_uuids(struct request *request);
 
 enum specular params_specular(const struct request *request);
 bool params_by(const struct request *request, enum match_by *ret); /* false: absent */
+
+/* refine, noise, placement, fix.  False with *refusal where one of the last three is there without
+ * the first. */
+bool params_wish(const struct request *request, struct refine_wish *ret, struct refusal *refusal);
 
 /* SHA-256 of what is asked, to tell a retry from another request with the same uuid: all
  * members but `lease` and `uuid`, whatever their order.  STATUS_NO_MEMORY. */

@@ -161,8 +161,19 @@ static void stored(struct job *job)
     run_free(run);
 }
 
+/* ["a","b"] and one more token. */
+static void add_flag(struct store_record *record, const char *token)
+{
+    size_t n = strlen(record->flags), room = sizeof record->flags;
+    if (n < 2)
+        n = (size_t)snprintf(record->flags, room, "[]");
+    snprintf(record->flags + n - 1, room - n + 1, "%s\"%s\"]", n > 2 ? "," : "", token);
+}
+
 static void store(struct run *run)
 {
+    if (run->wish.kind != REFINE_NOT && run->record->refined_json[0] == '\0')
+        add_flag(run->record, "not_refined");
     run->phase = RUN_STORING;
     run->write = (struct write_job){ .job.done = stored, .kind = WRITE_RECORD };
     run->write.record = run->record;
@@ -173,10 +184,16 @@ static void store(struct run *run)
 
 static void match_with(struct run *run)
 {
-    struct nearest_hit hit;
+    struct nearest_hit hits[REFINE_STARTS];
     enum match_by by = run->has_by ? run->by : matcher_default_by(loaded_table(run->loaded));
-    /* A spectrum that cannot be matched so is a record all the same, without a match. */
-    (void)answer_match(run->loaded, by, 0, &hit, run->record, NULL);
+    const char *why;
+    /* A spectrum that cannot be matched so is a record all the same, without a match; one that
+     * cannot be refined keeps its nearest row, and a flag says so. */
+    enum status s = answer_match(run->loaded, by, 0, hits, run->record, NULL);
+    if (s == STATUS_OK && run->wish.kind != REFINE_NOT &&
+        answer_refine(run->loaded, by, &run->wish, 0, hits, run->record, NULL, &why) != STATUS_OK &&
+        why != NULL)
+        log_warning("station: '%s': the match is not refined: %s", run->bench->name, why);
 }
 
 static void match_on_worker(struct job *job, void *thread)
@@ -208,7 +225,7 @@ static void match(struct run *run)
         return;
     }
     enum match_by by = run->has_by ? run->by : matcher_default_by(loaded_table(run->loaded));
-    if (answer_is_quick(run->loaded, by, 0)) {
+    if (run->wish.kind == REFINE_NOT && answer_is_quick(run->loaded, by, 0)) {
         match_with(run);
         store(run);
         return;
@@ -223,15 +240,6 @@ void run_table_changed(struct bench *bench)
     struct run *run = bench->run;
     if (run != NULL && run->phase == RUN_MATCHING && !run->under_way)
         match(run);
-}
-
-/* ["a","b"] and one more token. */
-static void add_flag(struct store_record *record, const char *token)
-{
-    size_t n = strlen(record->flags), room = sizeof record->flags;
-    if (n < 2)
-        n = (size_t)snprintf(record->flags, room, "[]");
-    snprintf(record->flags + n - 1, room - n + 1, "%s\"%s\"]", n > 2 ? "," : "", token);
 }
 
 static void finish(struct run *run)
@@ -447,6 +455,8 @@ static void take_circumstances(struct run *run, const struct client *client,
 static bool set_up(struct run *run, const struct request *request)
 {
     struct measuring *m = &run->measuring;
+    struct refusal refusal;
+    (void)params_wish(request, &run->wish, &refusal); /* it was looked at before */
     const char *pace = params_text(request, "pace");
     m->specular = params_specular(request);
     m->surface = params_number(request, "surface", NAN);

@@ -43,6 +43,7 @@ struct run {
     char table[TABLE_NAME_SIZE]; /* "": the default one */
     bool has_by;
     enum match_by by;
+    struct refine_wish wish;
     struct loaded_table *loaded;
 };
 

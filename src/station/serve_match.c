@@ -30,10 +30,12 @@ struct matching {
     struct loaded_table *table;
     enum match_by by;
     size_t k;
+    struct refine_wish wish;
     bool store;
     enum status matched;
+    const char *why; /* it could not be refined; NULL: matched says it all */
     cJSON *result;
-    struct nearest_hit hits[]; /* max(k, 1) */
+    struct nearest_hit hits[]; /* max(k, REFINE_STARTS) */
 };
 
 static void matching_free(struct matching *m)
@@ -53,16 +55,23 @@ static void add_record(cJSON *match, const struct store_record *record)
     cJSON_AddStringToObject(where, "taken_at", record->taken_at);
 }
 
+/* What the client gets of a record: the refined match where there is one. */
+static const char *match_text(const struct store_record *record)
+{
+    return record->refined_json[0] != '\0' ? record->refined_json : record->match_json;
+}
+
 /* Without `nearest` the answer is what is stored, and it is text already: printing the
  * same numbers a second time would cost more than finding the match did. */
 static void answer_stored_text(const struct matching *m)
 {
     const struct store_record *record = m->record;
-    char text[sizeof record->match_json + 256];
-    int end = (int)strlen(record->match_json) - 1; /* of the brace */
+    const char *match = match_text(record);
+    char text[sizeof record->refined_json + 256];
+    int end = (int)strlen(match) - 1; /* of the brace */
     snprintf(text, sizeof text,
-             "%.*s,\"record\":{\"id\":\"%s\",\"seq\":%" PRId64 ",\"taken_at\":\"%s\"}}", end,
-             record->match_json, record->id, record->seq, record->taken_at);
+             "%.*s,\"record\":{\"id\":\"%s\",\"seq\":%" PRId64 ",\"taken_at\":\"%s\"}}", end, match,
+             record->id, record->seq, record->taken_at);
     station_answer_text(m->station, &m->ticket, text);
 }
 
@@ -80,7 +89,7 @@ static cJSON *match_of(const struct reading *reading, const struct store_record 
                        struct refusal *refusal)
 {
     const struct lookup *lookup = reading->own;
-    const char *text = record->match_json;
+    const char *text = match_text(record);
     cJSON *match = NULL;
     enum strict_json_fault fault;
     bool is_other = strcmp(record->parameters_sha256, lookup->sha256) != 0;
@@ -175,8 +184,12 @@ static void stored(struct job *job)
 
 static void match(struct matching *m, struct answer_weights *weights)
 {
-    m->matched =
-        answer_match(m->table, m->by, m->k, m->hits, m->record, m->k > 0 ? &m->result : NULL);
+    bool refine = m->wish.kind != REFINE_NOT;
+    cJSON **result = m->k > 0 ? &m->result : NULL;
+    m->matched = answer_match(m->table, m->by, m->k, m->hits, m->record, refine ? NULL : result);
+    if (m->matched == STATUS_OK && refine)
+        m->matched =
+            answer_refine(m->table, m->by, &m->wish, m->k, m->hits, m->record, result, &m->why);
     if (m->matched == STATUS_OK && m->store)
         answer_colour(weights, m->record);
 }
@@ -186,12 +199,14 @@ static void go_on(struct matching *m)
     struct station *station = m->station;
     if (m->matched != STATUS_OK) {
         bool no_spectra = m->by == MATCH_SPECTRUM && loaded_table(m->table)->spectrum == NULL;
-        station_refuse_for(station, &m->ticket,
-                           m->matched == STATUS_NO_MEMORY   ? REASON_NO_MEMORY
-                           : m->matched == STATUS_CANCELLED ? REASON_SHUTTING_DOWN
-                           : no_spectra                     ? REASON_TABLE_UNSUITABLE
-                                                            : REASON_SPECTRUM_UNSUITABLE,
-                           NULL);
+        enum reason reason = m->matched == STATUS_NO_MEMORY   ? REASON_NO_MEMORY
+                             : m->matched == STATUS_CANCELLED ? REASON_SHUTTING_DOWN
+                             : no_spectra                     ? REASON_TABLE_UNSUITABLE
+                                                              : REASON_SPECTRUM_UNSUITABLE;
+        if (m->why != NULL)
+            station_refuse_for(station, &m->ticket, reason, "%s", m->why);
+        else
+            station_refuse_for(station, &m->ticket, reason, NULL);
         matching_free(m);
     } else if (m->store) {
         m->write = (struct write_job){ .job.done = stored, .kind = WRITE_RECORD };
@@ -201,7 +216,7 @@ static void go_on(struct matching *m)
         if (m->k > 0)
             station_answer(station, &m->ticket, m->result);
         else
-            station_answer_text(station, &m->ticket, m->record->match_json);
+            station_answer_text(station, &m->ticket, match_text(m->record));
         m->result = NULL; /* given away */
         matching_free(m);
     }
@@ -268,7 +283,8 @@ static struct matching *make(struct station *station, const struct client *clien
                              const struct request *request)
 {
     size_t k = (size_t)params_integer(request, "k", 0);
-    struct matching *m = calloc(1, sizeof *m + (k > 0 ? k : 1) * sizeof *m->hits);
+    size_t room = k > REFINE_STARTS ? k : REFINE_STARTS;
+    struct matching *m = calloc(1, sizeof *m + room * sizeof *m->hits);
     if (m == NULL)
         return NULL;
     m->station = station;
@@ -288,7 +304,8 @@ static struct matching *make(struct station *station, const struct client *clien
 static void begin(struct matching *m, const struct request *request, struct loaded_table *table)
 {
     struct refusal refusal;
-    if (!take_spectrum(request, m->record, &refusal)) {
+    if (!station_table_refines(table, &m->wish, &refusal) ||
+        !take_spectrum(request, m->record, &refusal)) {
         station_refuse(m->station, &m->ticket, &refusal);
         matching_free(m);
         return;
@@ -296,7 +313,7 @@ static void begin(struct matching *m, const struct request *request, struct load
     m->table = table;
     if (!params_by(request, &m->by))
         m->by = matcher_default_by(loaded_table(table));
-    if (answer_is_quick(table, m->by, m->k)) {
+    if (m->wish.kind == REFINE_NOT && answer_is_quick(table, m->by, m->k)) {
         match(m, &m->station->weights);
         go_on(m);
     } else {
@@ -313,7 +330,12 @@ static void match_anew(struct station *station, struct client *client, struct re
 {
     struct ticket ticket = ticket_of(client, request);
     struct loaded_table *table;
+    struct refine_wish wish;
     struct refusal refusal;
+    if (!params_wish(request, &wish, &refusal)) {
+        station_refuse(station, &ticket, &refusal);
+        return;
+    }
     if (params_is_true(request, "store") && !station_can_write(station, &ticket))
         return;
     enum status s = station_table(station, params_text(request, "table"), &table, &refusal);
@@ -326,10 +348,12 @@ static void match_anew(struct station *station, struct client *client, struct re
         return;
     }
     struct matching *m = make(station, client, request);
-    if (m == NULL)
+    if (m == NULL) {
         station_refuse_for(station, &ticket, REASON_NO_MEMORY, NULL);
-    else
-        begin(m, request, table);
+        return;
+    }
+    m->wish = wish;
+    begin(m, request, table);
 }
 
 /* Not found, or the store cannot be read: the writer looks for the uuid again. */

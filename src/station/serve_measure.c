@@ -54,13 +54,24 @@ static bool measures(const struct bench *bench, const struct request *request,
     return false;
 }
 
-/* A default table that is missing is no hindrance: the record has no match then. */
-static bool has_table(struct station *station, const struct request *request,
+/* A default table that is missing is no hindrance: the record has no match then.  *loads: whether
+ * it can be refined is known only when the table is there. */
+static bool has_table(struct station *station, const struct request *request, bool *loads,
                       struct refusal *refusal)
 {
     const char *name = params_text(request, "table");
     struct loaded_table *table;
-    return name == NULL || station_table(station, name, &table, refusal) != STATUS_NOT_FOUND;
+    struct refine_wish wish;
+    *loads = false;
+    if (!params_wish(request, &wish, refusal))
+        return false;
+    if (name == NULL && wish.kind == REFINE_NOT)
+        return true;
+    enum status s = station_table(station, name, &table, refusal);
+    *loads = s == STATUS_CANCELLED && wish.kind != REFINE_NOT;
+    if (s == STATUS_OK)
+        return station_table_refines(table, &wish, refusal);
+    return name == NULL || s != STATUS_NOT_FOUND;
 }
 
 /* The uuid is new: all the rest has to be in order. */
@@ -79,10 +90,13 @@ static void start(struct station *station, struct client *client, struct request
         station_park(station, client, request);
         return;
     }
+    bool loads = false;
     bool may = bench != NULL && bench_is_free(bench, &refusal) &&
                measures(bench, request, &refusal) && run_is_calibrated(bench, &refusal) &&
-               has_table(station, request, &refusal);
-    if (!may)
+               has_table(station, request, &loads, &refusal);
+    if (may && loads)
+        station_park(station, client, request);
+    else if (!may)
         station_refuse(station, &ticket, &refusal);
     else if (station_can_write(station, &ticket) &&
              run_begin(bench, client, request, sha256) == NULL)

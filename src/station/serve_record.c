@@ -62,7 +62,8 @@ struct page {
 static size_t most_bytes(const struct store_record *record)
 {
     size_t spectra = 1 + 2 * record->replicates;
-    return 8192 + sizeof record->match_json + spectra * (128 + 25 * record->spectrum.n);
+    size_t match = strlen(record->match_json) + strlen(record->refined_json);
+    return 8192 + match + spectra * (128 + 25 * record->spectrum.n);
 }
 
 static bool add_to_page(void *context, const struct store_record *record)

@@ -26,6 +26,22 @@ enum status station_table(struct station *station, const char *name, struct load
     }
 }
 
+bool station_table_refines(const struct loaded_table *table, const struct refine_wish *wish,
+                           struct refusal *refusal)
+{
+    const struct recipe *recipe = &loaded_table(table)->recipe;
+    const char *why = NULL;
+    struct fit fit;
+    if (wish->kind == REFINE_NOT)
+        return true;
+    enum status s = refine_wish_fit(wish, recipe, &fit, &why);
+    if (s == STATUS_OK)
+        return true;
+    refusal_set(refusal, s == STATUS_RANGE ? REASON_PARAMS_INVALID : REASON_TABLE_UNSUITABLE,
+                "model %s: %s", recipe->model->name, why != NULL ? why : status_text(s));
+    return false;
+}
+
 void station_table_add(struct station *station, cJSON *object, const char *error_name)
 {
     static const char *const names[] = {

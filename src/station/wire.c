@@ -28,62 +28,6 @@ static void put_spectrum(struct maker *m, const char *name, const struct spectru
     maker_made(m, name, s, made);
 }
 
-static enum status make_hit(const struct table *table, const struct nearest_hit *hit, cJSON **ret)
-{
-    struct maker m = maker_begin();
-    struct table_row row;
-    table_get(table, hit->row, &row);
-    maker_number(&m, "row", (double)hit->row + 1.0);
-    maker_number(&m, "Cm", row.Cm);
-    maker_number(&m, "Bm", row.Bm);
-    maker_number(&m, "Ch", row.Ch);
-    maker_number(&m, "distance", hit->distance);
-    return maker_end(&m, ret);
-}
-
-static void put_nearest(struct maker *m, const struct table *table, const struct nearest_hit *hits,
-                        size_t n)
-{
-    struct maker array = maker_begin_array();
-    for (size_t i = 0; i < n; i++) {
-        cJSON *hit = NULL;
-        enum status s = make_hit(table, &hits[i], &hit);
-        maker_append(&array, s, hit);
-    }
-    maker_array(m, "nearest", &array);
-}
-
-static void put_match_flags(struct maker *m, unsigned flags)
-{
-    struct maker array = maker_begin_array();
-    for (size_t i = 0; i < MATCH_FLAG_COUNT; i++)
-        if (flags & 1u << i)
-            maker_append(&array, STATUS_OK, cJSON_CreateString(match_flag_name(i)));
-    maker_array(m, "flags", &array);
-}
-
-enum status wire_match(const struct table *table, const struct match *match,
-                       const struct nearest_hit *hits, size_t k, cJSON **ret)
-{
-    struct maker m = maker_begin();
-    maker_number(&m, "Cm", match->row.Cm);
-    maker_number(&m, "Bm", match->row.Bm);
-    maker_number(&m, "Ch", match->row.Ch);
-    maker_number(&m, "L", match->row.Lab[0]);
-    maker_number(&m, "a", match->row.Lab[1]);
-    maker_number(&m, "b", match->row.Lab[2]);
-    maker_known_number(&m, "dE00", match->dE00);
-    maker_known_number(&m, "rms", match->rms);
-    maker_number(&m, "distance", match->distance);
-    maker_text(&m, "by", match_by_name(match->by));
-    maker_text(&m, "table", table->name);
-    maker_text(&m, "table_sha256", table->sha256);
-    if (k > 0)
-        put_nearest(&m, table, hits, k < match->found ? k : match->found);
-    put_match_flags(&m, match->flags);
-    return maker_end(&m, ret);
-}
-
 /* JSON text that the store keeps, as it is: parsed and printed it would be the same. */
 static void put_json(struct maker *m, const char *name, const char *text)
 {
@@ -105,7 +49,7 @@ static void put_spectra(struct maker *m, const char *name, const struct spectrum
         enum status s = wire_spectrum(&spectrum[i], &made);
         maker_append(&array, s, made);
     }
-    maker_array(m, name, &array);
+    maker_nested(m, name, &array);
 }
 
 static void put_colour(struct maker *m, const struct store_record *r)
@@ -158,7 +102,9 @@ enum status wire_record(const struct store_record *r, cJSON **ret)
     maker_known_text(&m, "site", r->site);
     put_json(&m, "flags", *r->flags != '\0' ? r->flags : "[]");
     maker_known_text(&m, "corrects", r->corrects);
-    if (*r->match_json != '\0')
+    if (*r->refined_json != '\0')
+        put_json(&m, "match", r->refined_json);
+    else if (*r->match_json != '\0')
         put_json(&m, "match", r->match_json);
     return maker_end(&m, ret);
 }
@@ -182,63 +128,6 @@ enum status wire_read_spectrum(const cJSON *object, struct spectrum *ret)
     if (t.failed)
         return STATUS_FORMAT;
     *ret = s;
-    return STATUS_OK;
-}
-
-static enum match_by get_by(struct taker *t)
-{
-    static const enum match_by ways[] = { MATCH_RGB, MATCH_RGB_FLOAT, MATCH_LAB, MATCH_DE2000,
-                                          MATCH_SPECTRUM };
-    char name[16] = "";
-    taker_text(t, "by", name, sizeof name);
-    for (size_t i = 0; i < sizeof ways / sizeof *ways; i++)
-        if (strcmp(name, match_by_name(ways[i])) == 0)
-            return ways[i];
-    t->failed = true;
-    return MATCH_RGB;
-}
-
-static unsigned get_match_flags(const struct taker *t)
-{
-    unsigned flags = 0;
-    const cJSON *one;
-    cJSON_ArrayForEach(one, strict_json_member(t->object, "flags"))
-    {
-        for (size_t i = 0; i < MATCH_FLAG_COUNT; i++)
-            if (cJSON_IsString(one) && strcmp(one->valuestring, match_flag_name(i)) == 0)
-                flags |= 1u << i;
-    }
-    return flags;
-}
-
-enum status wire_read_match(const cJSON *object, struct wire_match *ret)
-{
-    struct taker t = { object, false };
-    struct wire_match m = { .match = { .row = { .rgb = { NAN, NAN, NAN } } } };
-    const cJSON *nearest = strict_json_member(object, "nearest");
-    m.match.row.Cm = taker_number(&t, "Cm");
-    m.match.row.Bm = taker_number(&t, "Bm");
-    m.match.row.Ch = taker_number(&t, "Ch");
-    m.match.row.Lab[0] = taker_number(&t, "L");
-    m.match.row.Lab[1] = taker_number(&t, "a");
-    m.match.row.Lab[2] = taker_number(&t, "b");
-    m.match.dE00 = taker_known_number(&t, "dE00");
-    m.match.rms = taker_known_number(&t, "rms");
-    m.match.distance = taker_number(&t, "distance");
-    m.match.by = get_by(&t);
-    m.match.flags = get_match_flags(&t);
-    taker_text(&t, "table", m.table, sizeof m.table);
-    taker_text(&t, "table_sha256", m.table_sha256, sizeof m.table_sha256);
-    if (nearest != NULL && nearest->child != NULL) {
-        struct taker first = { nearest->child, false };
-        int64_t row = taker_integer(&first, "row");
-        t.failed = t.failed || first.failed || row < 1;
-        m.match.row_index = row > 0 ? (size_t)row - 1 : 0;
-        m.match.found = (size_t)cJSON_GetArraySize(nearest);
-    }
-    if (t.failed)
-        return STATUS_FORMAT;
-    *ret = m;
     return STATUS_OK;
 }
 
@@ -318,7 +207,10 @@ static void get_match(struct taker *t, struct store_record *r)
         t->failed = true;
         return;
     }
-    taker_json(t, "match", r->match_json, sizeof r->match_json);
+    if (m.is_refined)
+        taker_json(t, "match", r->refined_json, sizeof r->refined_json);
+    else
+        taker_json(t, "match", r->match_json, sizeof r->match_json);
     snprintf(r->table_name, sizeof r->table_name, "%s", m.table);
     snprintf(r->table_sha256, sizeof r->table_sha256, "%s", m.table_sha256);
     snprintf(r->method, sizeof r->method, "%s", match_by_name(m.match.by));

@@ -16,6 +16,7 @@
 #include "base/status.h"
 #include "db/store.h"
 #include "match/match.h"
+#include "match/refined_match.h"
 
 /* Flags of bands, specular and aperture do not travel with the spectrum: after reading
  * they are 0, SPECULAR_UNKNOWN and NAN. */
@@ -26,10 +27,19 @@ enum status wire_read_spectrum(const cJSON *object, struct spectrum *ret);
 enum status wire_match(const struct table *table, const struct match *match,
                        const struct nearest_hit *hits, size_t k, cJSON **ret);
 
-/* match.row.rgb is NAN and row_index (from `nearest`, else 0) is all that is known of the row's
- * place.  Flags that are not known here are passed over. */
+/* The same refined: Cm, Bm, Ch of the fitted skin, how sure they are, and `nearest`, the row,
+ * with k of hits[] as its `rows`. */
+enum status wire_refined_match(const struct table *table, const struct refined_match *match,
+                               const struct nearest_hit *hits, size_t k, cJSON **ret);
+
+/* Either.  match.row.rgb is NAN and row_index (from `nearest`, else 0) is all that is known of the
+ * row's place.  Of a refined one what is absent is NAN, `free` says which have se and interval,
+ * the slope of the noise and the number of steps are not known; wish is what gives it again.
+ * Flags that are not known here are passed over. */
 struct wire_match {
-    struct match match;
+    struct match match; /* the nearest row */
+    bool is_refined;
+    struct refined_match refined;
     char table[TABLE_NAME_SIZE], table_sha256[TABLE_SHA256_SIZE];
 };
 enum status wire_read_match(const cJSON *object, struct wire_match *ret);

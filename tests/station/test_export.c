@@ -53,9 +53,15 @@ static void test_names(void)
 #define CSV_HEAD \
     "id,seq,taken_at,uuid,operator,instrument,serial,specular,aperture_mm,surface,subject,site," \
     "X,Y,Z,L,a,b,R,G,B,ITA,illuminant,observer,Cm,Bm,Ch,dE00,rms,by,table,match_flags,flags," \
-    "corrects,calibration_id,fence,nm360,nm370,nm380,nm390,400,410,420,430,440,450,460,470,480," \
+    "corrects,calibration_id,fence,refine,SO2,epidermis_mm,scattering_a,scattering_b,Cm_se," \
+    "Cm_lo,Cm_hi,Bm_se,Bm_lo,Bm_hi,Ch_se,Ch_lo,Ch_hi,SO2_se,SO2_lo,SO2_hi,epidermis_mm_se," \
+    "epidermis_mm_lo,epidermis_mm_hi,scattering_a_se,scattering_a_lo,scattering_a_hi," \
+    "scattering_b_se,scattering_b_lo,scattering_b_hi,chi_square,degrees,p,noise,placement,row," \
+    "nearest_Cm,nearest_Bm,nearest_Ch,nm360,nm370,nm380,nm390,400,410,420,430,440,450,460,470," \
+    "480," \
     "490,500,510,520,530,540,550,560,570,580,590,600,610,620,630,640,650,660,670,680,690,700," \
     "nm710,nm720,nm730,nm740\r\n"
+#define NOT_REFINED ",,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,," /* 35 cells */
 #define TEN_HALVES "0.5,0.5,0.5,0.5,0.5,0.5,0.5,0.5,0.5,0.5,"
 
 static void test_csv_of_a_full_record(void)
@@ -78,12 +84,12 @@ static void test_csv_of_a_full_record(void)
              CSV_HEAD "%s,1,2031-05-06T07:08:09.123Z," UUID ",Ada,Acme S-1,0042,sce,8,0.04,,"
                       "left forearm,30.5,31.5,32.5,60.25,20.25,-19.75,255,254,253,41.5,D65,10,0.1,"
                       "0.3333333333333333,0.01,0.5,,de2000,two-layer,Cm_at_limit;tie,spread;single,"
-                      ",,3,,,,," TEN_HALVES TEN_HALVES TEN_HALVES "0.5,,,,\r\n"
+                      ",,3" NOT_REFINED ",,,,," TEN_HALVES TEN_HALVES TEN_HALVES "0.5,,,,\r\n"
                       "%s,2,2031-05-06T07:08:09.123Z,f18f2c3a-5b6d-7e8f-9a0b-1c2d3e4f5a6b,Ada,"
                       "Acme S-1,0042,sce,8,0.04,%s,"
                       "left forearm,30.5,31.5,32.5,60.25,20.25,-19.75,255,254,253,41.5,D65,10,0.1,"
                       "0.3333333333333333,0.01,0.5,,de2000,two-layer,Cm_at_limit;tie,spread;single,"
-                      "%s,%s,3,,,,," TEN_HALVES TEN_HALVES TEN_HALVES "0.5,,,,\r\n",
+                      "%s,%s,3" NOT_REFINED ",,,,," TEN_HALVES TEN_HALVES TEN_HALVES "0.5,,,,\r\n",
              first, record.id, subject.id, first, white.id);
     check_whole(EXPORT_CSV, expect);
 }
@@ -97,9 +103,11 @@ static void test_csv_of_the_least_record(void)
     record.specular = record.spectrum.specular = SPECULAR_UNKNOWN;
     add();
     snprintf(expect, sizeof expect,
-             CSV_HEAD "%s,1,2031-05-06T07:08:09.123Z,,,,,,,,,,,,,,,,,,,,D65,10,,,,,,,,,,,,,,,,,"
-                      "0.25,,0.25,,0.25,,,,0.25,,0.25,,0.25,,0.25,,0.25,,0.25,,0.25,,0.25,,0.25,,"
-                      "0.25,,0.25,,0.25,,,,\r\n",
+             CSV_HEAD
+             "%s,1,2031-05-06T07:08:09.123Z,,,,,,,,,,,,,,,,,,,,D65,10,,,,,,,,,,,," NOT_REFINED
+             ",,,,,"
+             "0.25,,0.25,,0.25,,,,0.25,,0.25,,0.25,,0.25,,0.25,,0.25,,0.25,,0.25,,0.25,,"
+             "0.25,,0.25,,0.25,,,,\r\n",
              record.id);
     check_whole(EXPORT_CSV, expect);
 }
@@ -112,7 +120,7 @@ static void test_csv_of_finer_bands(void)
         record.spectrum.value[i] = (350 + 5 * (double)i) / 1000;
     add();
     char *text = whole(EXPORT_CSV);
-    TEST_ASSERT_NOT_NULL(strstr(text, ",3,0.36,0.37,0.38,0.39,0.4,0.41,0.42,"));
+    TEST_ASSERT_NOT_NULL(strstr(text, ",3" NOT_REFINED ",0.36,0.37,0.38,0.39,0.4,0.41,0.42,"));
     TEST_ASSERT_NOT_NULL(strstr(text, ",0.69,0.7,0.71,0.72,0.73,0.74\r\n"));
     free(text);
 }
@@ -172,8 +180,32 @@ static void test_csv_of_what_cannot_be_read(void)
     strcpy(record.flags, "[1,\"spread\"]");
     add();
     char *text = whole(EXPORT_CSV);
-    TEST_ASSERT_NOT_NULL(strstr(text, ",41.5,D65,10,,,,,,,,,,,,3,,,,,0.5,"));
-    TEST_ASSERT_NOT_NULL(strstr(text, ",41.5,D65,10,,,,,,,,,;spread,,,3,,,,,0.5,"));
+    TEST_ASSERT_NOT_NULL(strstr(text, ",41.5,D65,10,,,,,,,,,,,,3" NOT_REFINED ",,,,,0.5,"));
+    TEST_ASSERT_NOT_NULL(strstr(text, ",41.5,D65,10,,,,,,,,,;spread,,,3" NOT_REFINED ",,,,,0.5,"));
+    free(text);
+}
+
+/* Of a refined match the fitted skin stands where the row's stood; the row has cells of its own. */
+static void test_csv_of_a_refined_record(void)
+{
+    strcpy(record.refined_json,
+           "{\"Cm\":0.031,\"Bm\":0.5,\"Ch\":0.011,\"L\":60,\"a\":10,\"b\":15,\"dE00\":0.25,"
+           "\"rms\":0.002,\"by\":\"de2000\",\"table\":\"two-layer\",\"table_sha256\":\"" SHA "\","
+           "\"refine\":\"three\",\"model\":\"two-layer\",\"fixed\":{\"Bm\":0.5},"
+           "\"se\":{\"Cm\":0.002,\"Ch\":0.0005},"
+           "\"interval\":{\"Cm\":[0.027,0.035],\"Ch\":[0.01,0.012]},\"chi_square\":30.5,"
+           "\"degrees\":29,\"p\":0.375,"
+           "\"noise\":{\"white\":0.003,\"placement\":0.008,\"from\":\"population\"},"
+           "\"residual\":{\"first_nm\":400,\"step_nm\":10,\"values\":[0.001,-0.001]},"
+           "\"nearest\":{\"row\":17,\"Cm\":0.1,\"Bm\":0.25,\"Ch\":0.01,\"L\":60,\"a\":10,\"b\":15,"
+           "\"distance\":0.5,\"flags\":[\"tie\"]},\"words\":[],"
+           "\"flags\":[\"second_solution\",\"no_colour\"]}");
+    add();
+    char *text = whole(EXPORT_CSV);
+    TEST_ASSERT_NOT_NULL(strstr(text, ",0.031,0.5,0.011,0.25,0.002,de2000,two-layer,"
+                                      "second_solution;no_colour,spread;single,,,3,three,,,,,"
+                                      "0.002,0.027,0.035,,,,0.0005,0.01,0.012,,,,,,,,,,,,,30.5,29,"
+                                      "0.375,0.003,0.008,17,0.1,0.25,0.01,,,,,0.5,"));
     free(text);
 }
 
@@ -278,6 +310,7 @@ int main(void)
     RUN_TEST(test_csv_of_finer_bands);
     RUN_TEST(test_csv_cells);
     RUN_TEST(test_csv_of_what_cannot_be_read);
+    RUN_TEST(test_csv_of_a_refined_record);
     RUN_TEST(test_json);
     RUN_TEST(test_cgats);
     RUN_TEST(test_empty_store);
