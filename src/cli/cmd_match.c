@@ -11,6 +11,7 @@
 #include "cli/command.h"
 #include "cli/find_table.h"
 #include "cli/match_out.h"
+#include "cli/option_refine.h"
 #include "cli/options.h"
 #include "cli/progress_bar.h"
 #include "cli/row_out.h"
@@ -34,6 +35,7 @@ static const struct argp_option options[] = {
       "rgb, lab, de2000 or spectrum (spectrum where the table has them, else rgb)", 0 },
     { "rgb", OPTION_RGB, "float", 0, "By rgb, but before rounding to 8 bits", 0 },
     { "k", OPTION_K, "N", 0, "Also give the N nearest rows, 1..100", 0 },
+    OPTION_ROWS_REFINE("0.008"),
     { "specular", OPTION_SPECULAR, "sce|sci", 0,
       "Whether the mirror reflection is excluded or included, where no column says so", 0 },
     { "surface", OPTION_SURFACE, "S", 0,
@@ -49,6 +51,7 @@ struct arguments {
     bool by_given, rgb_float, strict;
     enum match_by by;
     size_t k;
+    struct refine_wish wish;
     enum specular specular;
     double surface; /* NAN: not given */
     unsigned threads;
@@ -77,6 +80,7 @@ static void check_arguments(struct argp_state *state, const struct arguments *a)
                           "(--specular sci); these are said to be sce");
     if (a->rgb_float && a->by_given && a->by != MATCH_RGB)
         argp_error(state, "--rgb float goes with --by rgb");
+    option_refine_check(state, &a->wish);
 }
 
 static error_t parse(int key, char *text, struct argp_state *state)
@@ -121,6 +125,8 @@ static error_t parse(int key, char *text, struct argp_state *state)
         check_arguments(state, a);
         break;
     default:
+        if (option_refine(key, text, state, &a->wish))
+            return 0;
         return option_format(key, &a->format) ? 0 : ARGP_ERR_UNKNOWN;
     }
     return 0;
@@ -134,8 +140,10 @@ enum { BATCH = 256 };
 
 struct answer {
     struct match match;
+    struct refined_match refined; /* in place of it, where there is a wish */
     struct nearest_hit hits[MATCH_OUT_MAX_K];
     enum status status;
+    const char *why; /* NULL: the status says it all */
 };
 
 struct job {
@@ -143,6 +151,7 @@ struct job {
     struct spectra *spectra;
     const struct table *table;
     struct matcher matcher;
+    struct refiner *refiner; /* NULL: no wish */
     struct out out;
     struct match_columns columns;
     struct spectra_row row[BATCH];
@@ -188,12 +197,19 @@ static enum status answer_row(size_t i, unsigned worker, void *context)
 {
     struct job *job = context;
     struct answer *answer = &job->answer[i];
-    size_t k = job->arguments->k > 0 ? job->arguments->k : 1;
+    const struct arguments *a = job->arguments;
+    const struct spectrum *spectrum = &job->row[i].spectrum;
+    size_t k = a->k > 0 ? a->k : 1;
     (void)worker;
     answer->status = STATUS_OK;
-    if (job->row[i].good)
-        answer->status =
-            matcher_match(&job->matcher, &job->row[i].spectrum, k, answer->hits, &answer->match);
+    answer->why = NULL;
+    if (!job->row[i].good)
+        return STATUS_OK;
+    if (job->refiner != NULL)
+        answer->status = refined_match(&job->matcher, job->refiner, &a->wish, spectrum, 1, spectrum,
+                                       k, answer->hits, &answer->refined, &answer->why);
+    else
+        answer->status = matcher_match(&job->matcher, spectrum, k, answer->hits, &answer->match);
     return STATUS_OK; /* a row that fails is the row's affair */
 }
 
@@ -202,16 +218,23 @@ static void print_answer(struct job *job, size_t i)
     const struct spectra_row *row = &job->row[i];
     const struct answer *answer = &job->answer[i];
     size_t k = job->arguments->k;
+    bool refined = job->refiner != NULL;
     if (job->out.format == OUT_PLAIN) {
         row_out_carried(&job->out, job->spectra, row);
-        match_out_csv(&job->out, job->table, &answer->match, answer->hits, k);
+        if (refined)
+            match_out_refined_csv(&job->out, job->table, &answer->refined, answer->hits, k);
+        else
+            match_out_csv(&job->out, job->table, &answer->match, answer->hits, k);
         out_text(&job->out, "");
         out_row(&job->out);
-    } else {
-        cJSON *object = row_out_object(row);
-        match_out_json(object, job->table, &answer->match, answer->hits, k);
-        out_object(&job->out, object);
+        return;
     }
+    cJSON *object = row_out_object(row);
+    if (refined)
+        match_out_refined_json(object, job->table, &answer->refined, answer->hits, k);
+    else
+        match_out_json(object, job->table, &answer->match, answer->hits, k);
+    out_object(&job->out, object);
 }
 
 /* Read up to BATCH rows; *n of them.  STATUS_NOT_FOUND at the end of the input. */
@@ -237,7 +260,8 @@ static void print_batch(struct job *job, size_t n)
     for (size_t i = 0; i < n; i++) {
         if (job->row[i].good && job->answer[i].status != STATUS_OK)
             spectra_refuse(job->spectra, &job->row[i], SPECTRA_AT_ROW, "%s",
-                           status_text(job->answer[i].status));
+                           job->answer[i].why != NULL ? job->answer[i].why
+                                                      : status_text(job->answer[i].status));
         job->all_good = job->all_good && job->row[i].good;
         if (job->row[i].good)
             print_answer(job, i);
@@ -257,7 +281,7 @@ static int run(struct job *job)
     if (with_bar)
         progress = progress_bar_begin(&bar, "match");
     out_begin(&job->out, a->format);
-    match_columns_init(&job->columns, a->k);
+    match_columns_init(&job->columns, a->wish.kind, a->k);
     row_out_header(&job->out, job->spectra, job->columns.name, job->columns.n);
     while (s == STATUS_OK) {
         size_t n, done, total;
@@ -322,6 +346,25 @@ static int open_matcher(struct job *job)
     return s == STATUS_OK ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
+/* The fit for the table and the bands of the file. */
+static int open_refiner(struct job *job)
+{
+    const struct refine_wish *wish = &job->arguments->wish;
+    const struct spectrum *bands = spectra_bands(job->spectra);
+    const char *why = NULL;
+    struct fit fit;
+    if (wish->kind == REFINE_NOT)
+        return EXIT_SUCCESS;
+    enum status s = refine_wish_fit(wish, &job->table->recipe, &fit, &why);
+    if (s == STATUS_OK)
+        s = refiner_open(&fit, bands->first_nm, bands->step_nm, bands->n, &job->refiner, &why);
+    if (s == STATUS_OK)
+        return EXIT_SUCCESS;
+    log_error("--refine with table '%s' (model %s): %s", job->table->name,
+              job->table->recipe.model->name, why != NULL ? why : status_text(s));
+    return s == STATUS_NO_MEMORY ? EXIT_FAILURE : EXIT_USAGE;
+}
+
 static int match_file(const struct arguments *a, struct spectra *spectra, const struct table *table)
 {
     struct job *job = calloc(1, sizeof *job);
@@ -337,7 +380,10 @@ static int match_file(const struct arguments *a, struct spectra *spectra, const 
     if (exit_status == EXIT_SUCCESS)
         exit_status = check_bands(job);
     if (exit_status == EXIT_SUCCESS)
+        exit_status = open_refiner(job);
+    if (exit_status == EXIT_SUCCESS)
         exit_status = run(job);
+    refiner_close(job->refiner);
     matcher_close(&job->matcher);
     for (size_t i = 0; i < BATCH; i++)
         spectra_row_done(&job->row[i]);
@@ -365,8 +411,22 @@ int cmd_match(int argc, char **argv)
         "Bm_undetermined (no melanin to blend), tie (another row is as near), poor_fit (rms above "
         "0.02: the model does not explain the spectrum), no_colour (these bands give none), "
         "bands_zeroed (less was measured than the surface).\n\n"
+        "With --refine the answer lies between the rows: Cm, Bm, Ch of the skin that fits best, "
+        "the "
+        "standard error of each (_se) and the interval that holds the truth 95 times in 100 (_lo, "
+        "_hi) where model and noise are right; chi_square of so many degrees of freedom, and p, "
+        "the "
+        "probability of a larger one; the row it began with as row, nearest_Cm, nearest_Bm, "
+        "nearest_Ch, distance.  Its flags: Cm_at_bound and the like (it ended at an end of the "
+        "range), Cm_undetermined (the interval spans half of the range), Cm_by_prior (known "
+        "beforehand rather than measured), residual_too_large (model or noise do not explain the "
+        "spectrum), residual_too_small (the noise stated is too large), second_solution (another "
+        "skin fits nearly as well), not_converged.  --json has the residual by band, the second "
+        "solution and the flags in words as well (docs/protocol.md, match); docs/inversion.md says "
+        "what to make of it.\n\n"
         "Examples:\n"
         "  skinspec match docs/examples/skin.csv --k 3\n"
+        "  skinspec match docs/examples/skin.csv --refine --noise 0.003 --json\n"
         "  skinspec match sci.csv --specular sci --surface 0.04 --by de2000 --json\n",
         NULL,
         NULL,
@@ -374,6 +434,7 @@ int cmd_match(int argc, char **argv)
     };
     struct arguments a = { .table = FIND_TABLE_DEFAULT,
                            .surface = NAN,
+                           .wish = refine_wish_none(),
                            .threads = parallel_cores() };
     struct spectra *spectra = NULL;
     struct table table = { 0 };

@@ -11,6 +11,7 @@
 #include "cli/instrument.h"
 #include "cli/measurement.h"
 #include "cli/member.h"
+#include "cli/option_refine.h"
 #include "cli/options.h"
 #include "cli/record_out.h"
 #include "cli/remote.h"
@@ -42,6 +43,7 @@ static const struct argp_option options[] = {
     { "site", OPTION_SITE, "TEXT", 0, "Where on the body", 0 },
     { "by", OPTION_BY, "WAY", 0, "rgb, rgb-float, lab, de2000, spectrum (as the table has it)", 0 },
     { "table", OPTION_TABLE, "NAME", 0, "Table to match with (the station's default)", 0 },
+    OPTION_ROWS_REFINE("from the shots"),
     { "operator", OPTION_OPERATOR, "NAME", 0, "Who measures; kept with the record", 0 },
     { "uuid", OPTION_UUID, "UUID", 0, "Of an earlier try: gives its record, never a second one",
       0 },
@@ -138,8 +140,11 @@ static error_t parse(int key, char *text, struct argp_state *state)
         break;
     case ARGP_KEY_END:
         check(state, &a->measurement);
+        option_refine_check(state, &a->measurement.wish);
         break;
     default:
+        if (option_refine(key, text, state, &a->measurement.wish))
+            return 0;
         if (parse_how(key, text, state, &a->measurement) == 0)
             return 0;
         return option_station(key, text, state, &a->station);
@@ -190,11 +195,14 @@ int cmd_measure(int argc, char **argv)
         "",
         "Measure skin: takes the instrument, guides through a calibration that is due, takes the "
         "shots, and prints the record that was stored: colour, ITA, melanin (Cm), its blend (Bm), "
-        "blood (Ch), and what to beware of.\v"
+        "blood (Ch), and what to beware of; with --refine also the interval that holds each 95 "
+        "times "
+        "in 100.\v"
         "Place the port flat on the skin before.  Ctrl-C cancels: nothing is stored then.  With "
         "--json the record (docs/protocol.md); progress goes to standard error.\n\n"
         "Examples:\n"
         "  skinspec measure --site forearm --operator Ada\n"
+        "  skinspec measure --refine\n"
         "  skinspec measure --pace prompt --replicates 5 --json\n",
         NULL,
         NULL,
@@ -202,7 +210,11 @@ int cmd_measure(int argc, char **argv)
     };
     struct arguments a = {
         .station = { NULL, OUT_PLAIN },
-        .measurement = { .replicates = 3, .pace = "auto", .specular = "sce", .surface = NAN },
+        .measurement = { .replicates = 3,
+                         .pace = "auto",
+                         .specular = "sce",
+                         .surface = NAN,
+                         .wish = refine_wish_none() },
     };
     char uuid[UUID_TEXT_SIZE];
     struct remote *remote;

@@ -8,6 +8,7 @@
 #include "cli/member.h"
 #include "cli/options.h"
 #include "cli/record_out.h"
+#include "cli/refined_out.h"
 #include "cli/remote.h"
 #include "cli/stop.h"
 
@@ -102,13 +103,42 @@ static void print_lost(const cJSON *lost)
            member_text(now, "store"), member_text(now, "table"), member_integer(now, "last_seq"));
 }
 
-/* A notification; others than these come with later versions and are passed over. */
-static void print_line(struct answer *answer, enum out_format format)
+/* A record that was measured is asked for: its skin is no news for everybody, so that the event
+ * does not have it. */
+static void ask_for_record(struct remote *remote, const cJSON *event)
+{
+    const cJSON *id = member(member(event, "data"), "id");
+    int64_t asked;
+    if (strcmp(member_text(event, "topic"), "measurement") != 0 ||
+        strcmp(member_text(event, "type"), "done") != 0 || !cJSON_IsString(id))
+        return;
+    cJSON *params = cJSON_CreateObject();
+    cJSON_AddStringToObject(params, "id", id->valuestring);
+    (void)remote_send(remote, METHOD_RECORD_GET, params, &asked); /* logged */
+}
+
+/* Where it is not ours to see, or has no interval, nothing is said. */
+static void print_record(const cJSON *record)
+{
+    const cJSON *match = member(record, "match");
+    struct wire_match m;
+    if (match == NULL || wire_read_match(match, &m) != STATUS_OK || !m.is_refined)
+        return;
+    printf("        record %" PRId64 "  ", member_integer(record, "seq"));
+    refined_out_line(match, &m.refined);
+}
+
+/* A notification, or a record that was asked for; others come with later versions and are passed
+ * over. */
+static void print_line(struct remote *remote, struct answer *answer, enum out_format format)
 {
     bool lost = answer->method != NULL && strcmp(answer->method, "events.lost") == 0;
     bool event = answer->method != NULL && strcmp(answer->method, "event") == 0;
     if (format == OUT_PLAIN && event) {
         print_event(answer->params);
+        ask_for_record(remote, answer->params);
+    } else if (format == OUT_PLAIN && answer->method == NULL) {
+        print_record(answer->result);
     } else if (format == OUT_PLAIN && lost) {
         print_lost(answer->params);
     } else if (event) {
@@ -132,7 +162,7 @@ static bool watch(struct remote *remote, struct stop *stop, enum out_format form
             stop_take(stop); /* else it would end the program at stop_end() */
         if (news != REMOTE_LINE)
             return news == REMOTE_STOP;
-        print_line(&answer, format);
+        print_line(remote, &answer, format);
         remote_done(&answer);
         if (out_exit(true) != EXIT_SUCCESS)
             return false;
@@ -145,7 +175,9 @@ int cmd_watch(int argc, char **argv)
         options,
         parse,
         "",
-        "The station's events, a line each as they come, until Ctrl-C.\v"
+        "The station's events, a line each as they come, until Ctrl-C; after a measurement that "
+        "was "
+        "refined a line with its skin, and how sure that is.\v"
         "With --json each line is an event {\"seq\",\"topic\",\"type\",\"data\"} as "
         "docs/protocol.md "
         "has it, or {\"lost\":..} where --since lies before what the station still keeps.  Events "

@@ -13,6 +13,7 @@
 #include "cli/prompt.h"
 #include "cli/record_out.h"
 #include "cli/stop.h"
+#include "json/give.h"
 
 struct run {
     struct remote *remote;
@@ -33,6 +34,24 @@ static void add_known(cJSON *params, const char *name, const char *text)
         cJSON_AddStringToObject(params, name, text);
 }
 
+/* What is asked beside the nearest row. */
+static void add_wish(cJSON *params, const struct refine_wish *wish)
+{
+    cJSON *fix = cJSON_CreateObject();
+    add_known(params, "refine", wish->kind != REFINE_NOT ? refine_kind_name(wish->kind) : NULL);
+    if (!isnan(wish->white))
+        cJSON_AddNumberToObject(params, "noise", wish->white);
+    if (!isnan(wish->placement))
+        cJSON_AddNumberToObject(params, "placement", wish->placement);
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+        if (!isnan(wish->fix[i]))
+            cJSON_AddNumberToObject(fix, skin_parameter_name(i), wish->fix[i]);
+    if (fix != NULL && fix->child != NULL)
+        json_give_member(params, "fix", fix);
+    else
+        cJSON_Delete(fix);
+}
+
 static bool send_start(struct run *run)
 {
     const struct measurement *m = run->measurement;
@@ -47,6 +66,7 @@ static bool send_start(struct run *run)
     add_known(params, "site", m->site);
     add_known(params, "table", m->table);
     add_known(params, "by", m->by);
+    add_wish(params, &m->wish);
     return remote_send(run->remote, METHOD_MEASURE_START, params, &run->start_id) == STATUS_OK;
 }
 

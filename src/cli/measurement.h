@@ -6,6 +6,7 @@
 #include <stddef.h>
 
 #include "cli/remote.h"
+#include "match/refined_match.h"
 
 /* The params of measure.start; NULL and NAN are left out. */
 struct measurement {
@@ -13,6 +14,7 @@ struct measurement {
     size_t replicates;
     double surface;
     const char *subject, *site, *table, *by;
+    struct refine_wish wish; /* placement NAN: from the replicates */
 };
 
 /* Measure with the instrument whose lease is held and tell on standard error how it goes; events

@@ -12,6 +12,7 @@
 #include "cli/match_out.h"
 #include "cli/member.h"
 #include "cli/plot.h"
+#include "cli/refined_out.h"
 #include "station/wire.h"
 
 /* ---- flags -------------------------------------------------------------------------- */
@@ -27,6 +28,7 @@ static const struct {
     { "single", "only one shot: nothing is known of its spread" },
     { "calibration_old", "a calibration was due when this was measured" },
     { "drift", "the last check of the instrument against its tile failed ('skinspec check')" },
+    { "not_refined", "the match could not be refined; the station's log says why" },
     { "lease_expired", "the instrument was no longer held when the last shot came" },
     { "battery_low", "the instrument's battery is low; charge it" },
     { "lamp_weak", "the instrument's lamp flashed weakly" },
@@ -114,6 +116,10 @@ void record_out_match(const cJSON *match)
         puts("  match    none");
         return;
     }
+    if (m.is_refined) {
+        refined_out_page(match, &m);
+        return;
+    }
     match_out_skin(&m.match.row);
     printf("  distance %.4g by %s", m.match.distance, match_by_name(m.match.by));
     if (!isnan(m.match.dE00))
@@ -149,7 +155,8 @@ enum status record_out(const cJSON *record)
         colour_row_print(style, r->Lab, r->sRGB, false, r->ITA);
     record_out_match(match);
     print_flags(member(record, "flags"));
-    print_flags(member(match, "flags"));
+    if (member(match, "refine") == NULL) /* else it was told with the skin */
+        print_flags(member(match, "flags"));
     free(r);
     return STATUS_OK;
 }

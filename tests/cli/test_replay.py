@@ -29,6 +29,8 @@ COMPARED = ("specular", "aperture_mm", "replicates", "spectrum", "XYZ", "Lab", "
 class Recorded(StationCase):
     """A session that was recorded: both calibrations, three shots."""
 
+    more = {}  # for measure.start
+
     @classmethod
     def setUpClass(cls):
         Case.setUpClass.__func__(cls)
@@ -40,7 +42,9 @@ class Recorded(StationCase):
                 lease = c.acquire()["lease"]
                 c.calibrate(lease)
                 cls.subject = c.call("subject.add", label="patient-7")["id"]
-                cls.record = c.measure(lease, replicates=3, site="left-arm", subject=cls.subject)
+                cls.record = c.measure(
+                    lease, replicates=3, site="left-arm", subject=cls.subject, **cls.more
+                )
         with open(cls.capture, encoding="ascii") as file:
             cls.lines = file.readlines()
 
@@ -125,6 +129,30 @@ class Recording(Recorded):
         self.assertLessEqual(os.path.getsize(path), limit)
         with open(path, encoding="ascii") as file:
             self.assertTrue(file.read().endswith("\n"), "the last line is whole")
+
+
+class Refined(Recorded):
+    """The refined skin is asked for again, and comes out the same."""
+
+    more = {"refine": "three", "noise": 0.001, "placement": 0.002, "fix": {"Bm": 0.5}}
+
+    def test_bit_for_bit(self):
+        asked = self.asked()
+        self.assertEqual({x: asked[3][1][x] for x in self.more}, self.more)
+        self.assertEqual(asked[4][1]["match"], self.record["match"])
+        self.assertEqual(self.record["match"]["refine"], "three")
+        done = self.replay()
+        self.assertEqual((done.status, done.err), (0, ""))
+        self.assertIn("same: 1 measurement bit for bit\n", done.out)
+
+    def test_another_answer_differs(self):
+        def change(lines):
+            i = self.index(" @ record ")
+            lines[i] = lines[i].replace('"refine":"three"', '"refine":"four"', 1)
+
+        done = self.replay(self.altered(change))
+        self.assertEqual(done.status, 1)
+        self.assertIn("match.refine", done.out)
 
 
 class Same(Recorded):
