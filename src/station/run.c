@@ -212,6 +212,14 @@ static void matched(struct job *job)
         store(run);
 }
 
+/* A fit by a model without formulas of its own takes as long as clients should not have to wait
+ * for a look at the store. */
+static bool refines_long(const struct run *run)
+{
+    return run->wish.kind != REFINE_NOT &&
+           loaded_table(run->loaded)->recipe.model->quick == MODEL_QUICK_NONE;
+}
+
 static void match(struct run *run)
 {
     struct station *station = run->bench->station;
@@ -232,7 +240,7 @@ static void match(struct run *run)
     }
     run->job = (struct job){ .run = match_on_worker, .done = matched };
     run->under_way = true;
-    worker_ask(station->reader, &run->job);
+    worker_ask(refines_long(run) ? station->chores : station->reader, &run->job);
 }
 
 void run_table_changed(struct bench *bench)

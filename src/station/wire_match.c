@@ -408,7 +408,9 @@ static void take_refined(struct taker *t, struct refined_match *match)
     r->dE00 = taker_known_number(t, "dE00");
     r->rms = taker_number(t, "rms");
     r->chi_square = taker_number(t, "chi_square");
-    r->degrees = (size_t)taker_integer(t, "degrees");
+    int64_t degrees = taker_integer(t, "degrees");
+    t->failed = t->failed || degrees < 0;
+    r->degrees = degrees > 0 ? (size_t)degrees : 0;
     r->chi_square_p = r->degrees > 0 ? taker_number(t, "p") : 1.0;
     r->flags = get_tokens(t, refine_flag_name, REFINE_FLAG_COUNT);
     take_row(&nearest, &match->nearest);

@@ -171,6 +171,7 @@ static void test_spectrum_of_too_many_bands(void)
 static double Cm[] = { 0.1, 0.2 }, Bm[] = { 0.3, 0.4 }, Ch[] = { 0.01, 0.02 }, zero[] = { 0, 0 };
 static const struct table table = { .name = "two-layer",
                                     .sha256 = SHA,
+                                    .recipe = { .model = &model_list[0] },
                                     .n = 2,
                                     .Cm = Cm,
                                     .Bm = Bm,
@@ -274,6 +275,150 @@ static void test_matches_that_are_none(void)
     }
 }
 
+/* ---- refined matches ---------------------------------------------------------------- */
+
+/* All that can be told: every parameter another number, all free but Bm, which is held. */
+static struct refined_match some_refined(enum refine_kind kind)
+{
+    struct refined_match m = { .nearest = some_match(), .wish = refine_wish_none() };
+    struct refined *r = &m.refined;
+    m.wish.kind = kind;
+    m.wish.fix[SKIN_BM] = 0.5;
+    m.source = NOISE_REPLICATES;
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
+        double x = 0.125 * (double)(i + 1);
+        r->value[i] = x;
+        r->se[i] = x / 64;
+        r->lo[i] = x / 2;
+        r->hi[i] = 2 * x;
+        r->second[i] = x / 3;
+    }
+    r->free = ((1u << SKIN_PARAMETERS) - 1) & ~(1u << SKIN_BM);
+    if (kind == REFINE_THREE)
+        r->free &= 7u;
+    r->flags = REFINE_AT_BOUND << SKIN_CM | REFINE_SECOND_SOLUTION;
+    r->first_nm = 400;
+    r->step_nm = 10;
+    r->bands = 31;
+    for (size_t i = 0; i < r->bands; i++)
+        r->residual[i] = 0.001 / (double)(i + 3);
+    r->rms = 0.0021;
+    r->dE00 = 0.3;
+    r->chi_square = 27.5;
+    r->degrees = 26;
+    r->chi_square_p = 0.375;
+    r->noise = (struct noise){ 0.003, 0.008 / 3, 0.4 };
+    r->has_second = true;
+    r->second_chi_square = 28.25;
+    m.Lab[0] = 60.5;
+    m.Lab[1] = 10.25;
+    m.Lab[2] = 14.125;
+    return m;
+}
+
+static void check_parameter(const struct refined *r, const struct refined *back, size_t i,
+                            bool is_told)
+{
+    if (!is_told) {
+        TEST_ASSERT_TRUE(isnan(back->value[i]) && isnan(back->se[i]) && isnan(back->second[i]));
+        return;
+    }
+    TEST_ASSERT_EQUAL_DOUBLE(r->value[i], back->value[i]);
+    TEST_ASSERT_EQUAL_DOUBLE(r->second[i], back->second[i]);
+    bool free = (r->free & 1u << i) != 0;
+    TEST_ASSERT_EQUAL(free, (back->free & 1u << i) != 0);
+    TEST_ASSERT_EQUAL(free, !isnan(back->se[i]));
+    if (!free)
+        return;
+    TEST_ASSERT_EQUAL_DOUBLE(r->se[i], back->se[i]);
+    TEST_ASSERT_EQUAL_DOUBLE(r->lo[i], back->lo[i]);
+    TEST_ASSERT_EQUAL_DOUBLE(r->hi[i], back->hi[i]);
+}
+
+static void check_refined(const struct refined_match *m, const struct wire_match *back)
+{
+    const struct refined *r = &m->refined, *b = &back->refined.refined;
+    size_t parameters = m->wish.kind == REFINE_THREE ? 3 : SKIN_PARAMETERS;
+    TEST_ASSERT_TRUE(back->is_refined);
+    TEST_ASSERT_EQUAL_INT(m->wish.kind, back->refined.wish.kind);
+    TEST_ASSERT_EQUAL_DOUBLE(0.5, back->refined.wish.fix[SKIN_BM]);
+    TEST_ASSERT_TRUE(isnan(back->refined.wish.fix[SKIN_CM]));
+    TEST_ASSERT_TRUE(isnan(back->refined.wish.white)); /* found out again, as the source says */
+    TEST_ASSERT_EQUAL_INT(NOISE_REPLICATES, back->refined.source);
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+        check_parameter(r, b, i, i < parameters);
+    TEST_ASSERT_EQUAL_UINT(r->flags, b->flags);
+    TEST_ASSERT_EQUAL_MEMORY(r->residual, b->residual, 31 * sizeof *r->residual);
+    TEST_ASSERT_EQUAL_MEMORY(m->Lab, back->refined.Lab, sizeof m->Lab);
+    TEST_ASSERT_TRUE(b->rms == r->rms && b->dE00 == r->dE00 && b->chi_square == r->chi_square);
+    TEST_ASSERT_TRUE(b->degrees == r->degrees && b->chi_square_p == r->chi_square_p);
+    TEST_ASSERT_TRUE(b->noise.white == 0.003 && b->noise.placement == 0.008 / 3);
+    TEST_ASSERT_TRUE(b->has_second && b->second_chi_square == r->second_chi_square);
+    TEST_ASSERT_EQUAL_size_t(m->nearest.row_index, back->match.row_index);
+    TEST_ASSERT_EQUAL_DOUBLE(m->nearest.row.Cm, back->match.row.Cm);
+    TEST_ASSERT_EQUAL_DOUBLE(m->nearest.distance, back->match.distance);
+    TEST_ASSERT_EQUAL_UINT(m->nearest.flags, back->match.flags);
+    TEST_ASSERT_EQUAL_INT(m->nearest.by, back->match.by);
+}
+
+static void test_refined(void)
+{
+    for (int kind = REFINE_THREE; kind < REFINE_KINDS; kind++) {
+        struct refined_match m = some_refined((enum refine_kind)kind);
+        struct schema_error error = { "", "" };
+        struct wire_match back;
+        cJSON *object = NULL;
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, wire_refined_match(&table, &m, hits, 2, &object));
+        if (!protocol_check_result(protocol, METHOD_MATCH_SPECTRUM, object, &error))
+            TEST_FAIL_MESSAGE(error.what);
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, wire_read_match(object, &back));
+        check_refined(&m, &back);
+        cJSON_Delete(object);
+    }
+}
+
+/* A member replaced (NULL: removed) in a refined match that is right otherwise. */
+static void test_refined_that_are_none(void)
+{
+    static const struct {
+        const char *member, *value;
+    } cases[] = {
+        { "Cm", "\"0.1\"" },
+        { "refine", "\"four\"" },
+        { "se", NULL },
+        { "se", "{\"Cm\":\"1\"}" },
+        { "interval", NULL },
+        { "interval", "{\"Cm\":[1]}" },
+        { "interval", "{\"Cm\":[1,2,3]}" },
+        { "noise", NULL },
+        { "noise", "{\"white\":0.1,\"placement\":0,\"from\":\"somewhere\"}" },
+        { "residual", NULL },
+        { "nearest", NULL },
+        { "nearest", "[]" },
+        { "second", "{\"Cm\":0.1}" },
+        { "degrees", "-1" },
+        { "degrees", "1e300" },
+        { "p", NULL },
+        { "rms", NULL },
+        { "by", NULL },
+    };
+    struct refined_match right = some_refined(REFINE_THREE);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct wire_match m;
+        cJSON *object = NULL;
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, wire_refined_match(&table, &right, hits, 0, &object));
+        cJSON_DeleteItemFromObjectCaseSensitive(object, cases[i].member);
+        if (cases[i].value != NULL)
+            cJSON_AddItemToObject(object, cases[i].member, cJSON_Parse(cases[i].value));
+        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_FORMAT, wire_read_match(object, &m), cases[i].member);
+        cJSON_Delete(object);
+    }
+    right.refined.residual[3] = NAN;
+    cJSON *object = NULL;
+    TEST_ASSERT_EQUAL_INT(STATUS_RANGE, wire_refined_match(&table, &right, hits, 0, &object));
+    TEST_ASSERT_NULL(object);
+}
+
 /* ---- records ------------------------------------------------------------------------ */
 
 static void check_round_trip(void)
@@ -306,6 +451,21 @@ static void test_record(void)
     TEST_ASSERT_EQUAL_MEMORY(record.XYZ, again.XYZ, sizeof record.XYZ);
     TEST_ASSERT_EQUAL_MEMORY(record.sRGB, again.sRGB, sizeof record.sRGB);
     TEST_ASSERT_TRUE(again.fence == 3 && again.seq == 12);
+}
+
+/* A record's match is the refined one where there is one. */
+static void test_record_that_was_refined(void)
+{
+    struct refined_match m = some_refined(REFINE_THREE);
+    cJSON *object = NULL;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, wire_refined_match(&table, &m, hits, 0, &object));
+    char *text = text_of(object);
+    strcpy(record.refined_json, text);
+    check_round_trip();
+    TEST_ASSERT_EQUAL_STRING(text, again.refined_json);
+    TEST_ASSERT_EQUAL_STRING("", again.match_json);
+    free(text);
+    cJSON_Delete(object);
 }
 
 /* A spectrum that a client sent: nothing of an instrument, no colour, no match. */
@@ -472,7 +632,10 @@ int main(void)
     RUN_TEST(test_match);
     RUN_TEST(test_match_without_nearest);
     RUN_TEST(test_matches_that_are_none);
+    RUN_TEST(test_refined);
+    RUN_TEST(test_refined_that_are_none);
     RUN_TEST(test_record);
+    RUN_TEST(test_record_that_was_refined);
     RUN_TEST(test_least_record);
     RUN_TEST(test_record_of_sci_alone);
     RUN_TEST(test_record_of_a_long_name);
