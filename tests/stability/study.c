@@ -7,7 +7,7 @@
 #include <string.h>
 
 #define COUNTS_AS_ZERO 1e-300
-enum { STEP = -50, CHECK_EVERY = 16 };
+enum { STEP = -50, CHECK_EVERY = 32 };
 
 size_t study_input_count(const struct study *s)
 {
@@ -83,6 +83,7 @@ static void sensitivity(const struct study *s, const wide *x, wide *sum)
         sum[j] = w_int(0);
     memcpy(moved, x, inputs * sizeof *moved);
     for (size_t i = 0; i < s->varied; i++) {
+        size_t mark = wide_mark();
         wide step = w_mul(x[i], w_two_to(STEP));
         if (w_is_zero(step))
             continue;
@@ -93,8 +94,9 @@ static void sensitivity(const struct study *s, const wide *x, wide *sum)
         moved[i] = x[i];
         for (size_t j = 0; j < outputs; j++) {
             wide slope = w_mul(w_sub(up[j], down[j]), w_two_to(-STEP - 1));
-            sum[j] = w_add(sum[j], w_abs(slope));
+            w_add_to(sum[j], w_abs(slope));
         }
+        wide_release(mark);
     }
 }
 

@@ -17,7 +17,7 @@
 #include "tests/stability/wide.h"
 #include "tests/support/dice.h"
 
-enum { STUDY_INPUTS = 12, STUDY_OUTPUTS = 8 };
+enum { STUDY_INPUTS = 14, STUDY_OUTPUTS = 8 };
 enum { STUDY_TWIN_BITS = 90 }; /* a twin must hold so many */
 
 /* Inputs to be tried, row after row. */

@@ -97,7 +97,9 @@ static void grids(struct cases *c)
 
 /* ---- a skin ---------------------------------------------------------------------- */
 
-/* x: Cm, Bm, Ch, gamma, scattering_a, scattering_b, nm [, epidermis_mm, eta] */
+/* x: Cm, Bm, Ch, gamma, scattering_a, scattering_b, nm [, epidermis_mm, eta, f1 .. f4]
+ * A model takes a skin's coefficients in as doubles: they are inputs on the way.  f1 .. f4, always
+ * 1, multiply sigma_a1, sigma_s1', sigma_a2, sigma_s2' in the twin, so that they count. */
 static struct tissue tissue_at(const double *x)
 {
     struct tissue t = tissue_of(x[0], x[1], x[2]);
@@ -153,18 +155,94 @@ static bool two_layer_ours(const double *x, double *y)
     return model_ours("two-layer", x, y);
 }
 
-static void half_space_twin(const wide *x, wide *y)
+static struct twin_skin factored_skin(const wide *x)
 {
     struct twin_skin s = twin_skin_of(x);
+    s.sigma_a1 = w_mul(s.sigma_a1, x[9]);
+    s.sigma_s1 = w_mul(s.sigma_s1, x[10]);
+    s.sigma_a2 = w_mul(s.sigma_a2, x[11]);
+    s.sigma_s2 = w_mul(s.sigma_s2, x[12]);
+    return s;
+}
+
+static void half_space_twin(const wide *x, wide *y)
+{
+    struct twin_skin s = factored_skin(x);
     wide entering = w_sub(w_int(1), twin_Rs(x[8]));
     y[0] = w_mul(entering, twin_half_space(w_add(s.sigma_a1, s.sigma_a2), s.sigma_s1, x[8]));
 }
 
 static void two_layer_twin(const wide *x, wide *y)
 {
-    struct twin_skin s = twin_skin_of(x);
+    struct twin_skin s = factored_skin(x);
     wide of[] = { s.sigma_a1, s.sigma_s1, s.sigma_a2, s.sigma_s2, x[7], x[8] };
     y[0] = twin_two_layer(of);
+}
+
+/* Derivatives by the first six of x and epidermis_mm; b's place: after a's. */
+static bool slopes_ours(const char *name, const double *x, double *y)
+{
+    static struct chromophores c;
+    struct tissue t = tissue_at(x);
+    double scratch[MODEL_SLOPES_SCRATCH(1)], R, J[TISSUE_PARAMETERS];
+    t.epidermis_mm = x[7];
+    t.eta = x[8];
+    if (chromophores_init(x[6], 10.0, 1, &c) != STATUS_OK ||
+        model_slopes(model_find(name), &t, &c, scratch, &R, J) != STATUS_OK)
+        return false;
+    y[0] = J[TISSUE_CM];
+    y[1] = J[TISSUE_BM];
+    y[2] = J[TISSUE_CH];
+    y[3] = J[TISSUE_GAMMA];
+    y[4] = J[TISSUE_SCATTERING_A];
+    y[5] = J[TISSUE_SCATTERING_B];
+    y[6] = J[TISSUE_EPIDERMIS_MM];
+    return true;
+}
+
+static bool half_space_slopes_ours(const double *x, double *y)
+{
+    return slopes_ours("half-space", x, y);
+}
+
+static bool two_layer_slopes_ours(const double *x, double *y)
+{
+    return slopes_ours("two-layer", x, y);
+}
+
+static wide half_space_R(const wide *x)
+{
+    wide y[1];
+    half_space_twin(x, y);
+    return y[0];
+}
+
+static wide two_layer_R(const wide *x)
+{
+    wide y[1];
+    two_layer_twin(x, y);
+    return y[0];
+}
+
+/* Fractions may leave 0..1 by next to nothing; a and b count only where a is not 0. */
+static void slopes_twin(twin_of_one *R, const wide *x, wide *y)
+{
+    for (size_t i = 0; i < 4; i++)
+        y[i] = twin_slope(R, x, 13, i, w_int(1));
+    bool own = !w_is_zero(x[4]);
+    y[4] = own ? twin_slope(R, x, 13, 4, x[4]) : w_int(0);
+    y[5] = own ? twin_slope(R, x, 13, 5, w_int(1)) : w_int(0);
+    y[6] = twin_slope(R, x, 13, 7, w_int(1));
+}
+
+static void half_space_slopes_twin(const wide *x, wide *y)
+{
+    slopes_twin(half_space_R, x, y);
+}
+
+static void two_layer_slopes_twin(const wide *x, wide *y)
+{
+    slopes_twin(two_layer_R, x, y);
 }
 
 static double fraction(struct cases *c)
@@ -197,17 +275,27 @@ static void skins(struct cases *c)
     }
 }
 
-static void whole_skins(struct cases *c)
+static void some_whole_skins(struct cases *c, int n)
 {
     static const double d_mm[] = { 0.0, 1e-9, 0.02, 0.08, 0.15, 10.0 };
     static const double eta[] = { 0.2601, 1.0, 1.4, 1.4, 1.4, 3.8479 };
-    for (int i = 0; i < 20000; i++) {
-        double x[9];
+    for (int i = 0; i < n; i++) {
+        double x[13] = { [9] = 1.0, 1.0, 1.0, 1.0 };
         one_skin(c, x);
         x[7] = d_mm[dice_below(&c->dice, 6)];
         x[8] = eta[dice_below(&c->dice, 6)];
         cases_add(c, x);
     }
+}
+
+static void whole_skins(struct cases *c)
+{
+    some_whole_skins(c, 6000);
+}
+
+static void fewer_whole_skins(struct cases *c)
+{
+    some_whole_skins(c, 400);
 }
 
 /* ---- the paper's Table 2 ----------------------------------------------------------- */
@@ -330,8 +418,8 @@ static const struct study studies[] = {
       skins,
       NULL },
     { "model_reflectance half-space",
-      { SKIN, "d", "eta" },
-      9,
+      { SKIN, "d", "eta", "f1", "f2", "f3", "f4" },
+      13,
       { "R" },
       8.0,
       half_space_ours,
@@ -339,13 +427,31 @@ static const struct study studies[] = {
       whole_skins,
       NULL },
     { "model_reflectance two-layer",
-      { SKIN, "d", "eta" },
-      9,
+      { SKIN, "d", "eta", "f1", "f2", "f3", "f4" },
+      13,
       { "R" },
       64.0,
       two_layer_ours,
       two_layer_twin,
       whole_skins,
+      NULL },
+    { "model_slopes half-space",
+      { SKIN, "d", "eta", "f1", "f2", "f3", "f4" },
+      13,
+      { "Cm", "Bm", "Ch", "gamma", "a", "b", "d" },
+      8.0,
+      half_space_slopes_ours,
+      half_space_slopes_twin,
+      fewer_whole_skins,
+      NULL },
+    { "model_slopes two-layer",
+      { SKIN, "d", "eta", "f1", "f2", "f3", "f4" },
+      13,
+      { "Cm", "Bm", "Ch", "gamma", "a", "b", "d" },
+      64.0,
+      two_layer_slopes_ours,
+      two_layer_slopes_twin,
+      fewer_whole_skins,
       NULL },
     { "paper_coefficients",
       { "Cm", "Bm", "Ch", "gamma", "eta" },

@@ -51,7 +51,7 @@ struct twin_xyz twin_xyz_of(enum illuminant illuminant, enum observer observer, 
 
 /* Derivatives of one number by x[i], i < n: where x[i] may move to both sides by next to
  * nothing of scale; where it is 0 and may not fall below; and by the root of x[i] there. */
-enum { TWIN_INPUTS = 12 };
+enum { TWIN_INPUTS = 14 };
 typedef wide twin_of_one(const wide *x);
 wide twin_slope(twin_of_one *f, const wide *x, size_t n, size_t i, wide scale);
 wide twin_slope_from_0(twin_of_one *f, const wide *x, size_t n, size_t i, wide scale);
