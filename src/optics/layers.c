@@ -5,6 +5,7 @@
 #include "optics/layers.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdbool.h>
 #include <string.h>
 
@@ -39,7 +40,7 @@ static double sinh_ratio(double x, double y)
 
 /* ---- upwards -------------------------------------------------------------------- */
 
-static double escape(const struct streams *s, int i)
+static double escape(const struct streams *s, ptrdiff_t i)
 {
     return (1.0 - s->inside[i]) / (1.0 + s->inside[i]);
 }
@@ -48,23 +49,23 @@ static double escape(const struct streams *s, int i)
 static void surface_factor(const struct streams *s, double *F)
 {
     memset(F, 0, (size_t)(s->n * s->n) * sizeof *F);
-    for (int i = 0; i < s->n; i++)
+    for (ptrdiff_t i = 0; i < s->n; i++)
         F[i * s->n + i] = sqrt(escape(s, i) / s->mu[i]);
 }
 
-static void endless_factor(int n, const struct modes *modes, double *F)
+static void endless_factor(ptrdiff_t n, const struct modes *modes, double *F)
 {
-    for (int m = 0; m < n; m++) {
+    for (ptrdiff_t m = 0; m < n; m++) {
         double root = sqrt(modes->k[m]);
-        for (int i = 0; i < n; i++)
+        for (ptrdiff_t i = 0; i < n; i++)
             F[m * n + i] = root * modes->V[i * n + m];
     }
 }
 
 /* E, theta, and into `tanh_k` k tanh(k tau). */
-static void decay(int n, struct layer *l, double *tanh_k)
+static void decay(ptrdiff_t n, struct layer *l, double *tanh_k)
 {
-    for (int m = 0; m < n; m++) {
+    for (ptrdiff_t m = 0; m < n; m++) {
         double k = l->modes.k[m], x = k * l->tau, gone = exp(-2.0 * x);
         double t = -expm1(-2.0 * x) / (1.0 + gone);
         l->E[m] = 2.0 * exp(-x) / (1.0 + gone);
@@ -75,30 +76,30 @@ static void decay(int n, struct layer *l, double *tanh_k)
 
 /* (1 + theta B)^-1 = theta^1/2 (1 + theta^1/2 B theta^1/2)^-1 theta^-1/2.  theta may span a hundred
  * decades; Cholesky's factors do not mind how rows are scaled. */
-static void crossing(int n, struct layer *l, const double *B, double *U)
+static void crossing(ptrdiff_t n, struct layer *l, const double *B, double *U)
 {
     double root[STREAMS_MAX];
-    for (int m = 0; m < n; m++)
+    for (ptrdiff_t m = 0; m < n; m++)
         root[m] = sqrt(l->theta[m]);
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++)
+    for (ptrdiff_t i = 0; i < n; i++)
+        for (ptrdiff_t j = 0; j < n; j++)
             U[i * n + j] = (i == j ? 1.0 : 0.0) + root[i] * B[i * n + j] * root[j];
     dense_factor(n, 1.0, U);
     dense_inverse(n, U, l->down);
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++)
+    for (ptrdiff_t i = 0; i < n; i++)
+        for (ptrdiff_t j = 0; j < n; j++)
             l->down[i * n + j] *= root[i] / root[j];
 }
 
-static void transpose(int n, const double *A, double *T)
+static void transpose(ptrdiff_t n, const double *A, double *T)
 {
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++)
+    for (ptrdiff_t i = 0; i < n; i++)
+        for (ptrdiff_t j = 0; j < n; j++)
             T[j * n + i] = A[i * n + j];
 }
 
 /* B from under a layer to its top, in and out in scratch[0]. */
-static void rise(int n, struct layer *l, bool is_factor,
+static void rise(ptrdiff_t n, struct layer *l, bool is_factor,
                  double (*scratch)[STREAMS_MAX * STREAMS_MAX])
 {
     double tanh_k[STREAMS_MAX];
@@ -114,10 +115,10 @@ static void rise(int n, struct layer *l, bool is_factor,
     }
     crossing(n, l, seen, W);
     dense_multiply(n, seen, l->down, W);
-    for (int i = 0; i < n; i++) {
-        for (int j = i; j < n; j++)
+    for (ptrdiff_t i = 0; i < n; i++) {
+        for (ptrdiff_t j = i; j < n; j++)
             W[i * n + j] = (i == j ? tanh_k[i] : 0.0) + l->E[i] * W[i * n + j] * l->E[j];
-        for (int j = 0; j < i; j++)
+        for (ptrdiff_t j = 0; j < i; j++)
             W[i * n + j] = W[j * n + i];
     }
     dense_multiply(n, V, W, Z); /* B = V W V^T */
@@ -128,11 +129,11 @@ static void rise(int n, struct layer *l, bool is_factor,
 /* ---- downwards ------------------------------------------------------------------ */
 
 /* One layer's light from that at its top, by directions; what is below takes its place. */
-static void sink(int n, const struct layer *l, double *light, double *top, double *bottom)
+static void sink(ptrdiff_t n, const struct layer *l, double *light, double *top, double *bottom)
 {
     double weak[STREAMS_MAX];
     dense_apply_transposed(n, l->modes.V, light, top);
-    for (int m = 0; m < n; m++)
+    for (ptrdiff_t m = 0; m < n; m++)
         weak[m] = l->E[m] * top[m];
     dense_apply(n, l->down, weak, bottom);
     dense_apply(n, l->modes.V, bottom, light);
@@ -140,8 +141,8 @@ static void sink(int n, const struct layer *l, double *light, double *top, doubl
 
 static void pass_down(const struct streams *s, struct layers *l, double *light, double *adjoint)
 {
-    int n = s->n;
-    for (int i = 0; i < l->count; i++) {
+    ptrdiff_t n = s->n;
+    for (ptrdiff_t i = 0; i < l->count; i++) {
         struct layer *layer = &l->layer[i];
         if (isinf(layer->tau)) {
             dense_apply_transposed(n, layer->modes.V, light, layer->s_top);
@@ -162,7 +163,7 @@ static void pass_down(const struct streams *s, struct layers *l, double *light, 
 
 void layers_solve(const struct streams *s, struct layers *l)
 {
-    int n = s->n;
+    ptrdiff_t n = s->n;
     double light[STREAMS_MAX] = { 0 }, adjoint[STREAMS_MAX];
     double *Q = l->scratch[0];
     int i = l->count - 1;
@@ -182,7 +183,7 @@ void layers_solve(const struct streams *s, struct layers *l)
         Q = l->scratch[1];
     }
     /* At the surface (g/mu + B) s = what enters; the adjoint is lit where light escapes. */
-    for (int j = 0; j < n; j++) {
+    for (ptrdiff_t j = 0; j < n; j++) {
         Q[j * n + j] += escape(s, j) / s->mu[j];
         adjoint[j] = escape(s, j) * sqrt(s->w[j]);
     }
@@ -199,21 +200,21 @@ void layers_solve(const struct streams *s, struct layers *l)
 static void add_endless(const struct streams *s, const struct modes *modes, double factor,
                         const double *by_mode, double *up)
 {
-    for (int i = 0; i < s->n; i++) {
+    for (ptrdiff_t i = 0; i < s->n; i++) {
         double q = 1.0 / s->mu[i], sum = 0.0;
-        for (int m = 0; m < s->n; m++)
+        for (ptrdiff_t m = 0; m < s->n; m++)
             sum += modes->hat[m] * by_mode[m] / (q + modes->k[m]);
         up[i] += factor * 0.5 * modes->albedo * sqrt(s->w[i]) * q * sum;
     }
 }
 
 /* The sum over all directions of the light (or the adjoint) at the points of a thin layer. */
-static void light_at_points(int n, const struct layer *l, const double *top, const double *bottom,
-                            double at[POINTS])
+static void light_at_points(ptrdiff_t n, const struct layer *l, const double *top,
+                            const double *bottom, double at[POINTS])
 {
     for (int g = 0; g < POINTS; g++) {
         at[g] = 0.0;
-        for (int m = 0; m < n; m++) {
+        for (ptrdiff_t m = 0; m < n; m++) {
             double x = l->modes.k[m] * l->tau;
             double here =
                 top[m] * sinh_ratio(x, 1.0 - point[g]) + bottom[m] * sinh_ratio(x, point[g]);
@@ -227,7 +228,7 @@ static void climb_thin(const struct streams *s, const struct layer *l, double *u
 {
     double at[POINTS];
     light_at_points(s->n, l, l->s_top, l->s_bottom, at);
-    for (int i = 0; i < s->n; i++) {
+    for (ptrdiff_t i = 0; i < s->n; i++) {
         double q = 1.0 / s->mu[i], sum = 0.0;
         for (int g = 0; g < POINTS; g++)
             sum += point_weight[g] * exp(-q * l->tau * point[g]) * at[g];
@@ -238,11 +239,11 @@ static void climb_thin(const struct streams *s, const struct layer *l, double *u
 /* As if the layer were endless, and what the difference at its bottom sends through. */
 static void climb_thick(const struct streams *s, const struct layer *l, double *up)
 {
-    int n = s->n;
+    ptrdiff_t n = s->n;
     double by_mode[STREAMS_MAX];
     add_endless(s, &l->modes, -1.0, l->s_bottom, up);
     dense_apply_transposed(n, l->modes.V, up, by_mode);
-    for (int m = 0; m < n; m++)
+    for (ptrdiff_t m = 0; m < n; m++)
         by_mode[m] *= exp(-l->modes.k[m] * l->tau);
     dense_apply(n, l->modes.V, by_mode, up);
     add_endless(s, &l->modes, 1.0, l->s_top, up);
@@ -250,13 +251,14 @@ static void climb_thick(const struct streams *s, const struct layer *l, double *
 
 double layers_reflectance(const struct streams *s, const struct layers *l)
 {
-    int n = s->n, i = l->count - 1;
+    ptrdiff_t n = s->n;
+    int i = l->count - 1;
     double up[STREAMS_MAX] = { 0 }, sum = 0.0; /* sqrt(w) I upwards */
     if (isinf(l->layer[i].tau)) {
         add_endless(s, &l->layer[i].modes, 1.0, l->layer[i].s_top, up);
         i--;
     } else {
-        for (int j = 0; j < n; j++)
+        for (ptrdiff_t j = 0; j < n; j++)
             up[j] = l->s_out[j] / s->mu[j] * s->inside[j] / (1.0 + s->inside[j]);
     }
     for (; i >= 0; i--) {
@@ -266,7 +268,7 @@ double layers_reflectance(const struct streams *s, const struct layers *l)
         else
             climb_thick(s, layer, up);
     }
-    for (int j = 0; j < n; j++)
+    for (ptrdiff_t j = 0; j < n; j++)
         sum += (1.0 - s->inside[j]) * sqrt(s->w[j]) * s->mu[j] * up[j];
     return sum;
 }
@@ -274,24 +276,24 @@ double layers_reflectance(const struct streams *s, const struct layers *l)
 double layers_transmittance(const struct streams *s, const struct layers *l)
 {
     double sum = 0.0;
-    for (int i = 0; i < s->n; i++)
+    for (ptrdiff_t i = 0; i < s->n; i++)
         sum += escape(s, i) * sqrt(s->w[i]) * l->s_out[i];
     return sum;
 }
 
 /* ---- slopes ---------------------------------------------------------------------- */
 
-static double slope_endless(int n, const struct layer *l)
+static double slope_endless(ptrdiff_t n, const struct layer *l)
 {
     double sum = 0.0;
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++)
+    for (ptrdiff_t i = 0; i < n; i++)
+        for (ptrdiff_t j = 0; j < n; j++)
             sum += l->modes.hat[i] * l->s_top[i] * l->modes.hat[j] * l->t_top[j] /
                    (l->modes.k[i] + l->modes.k[j]);
     return l->modes.k[n - 1] > 0.0 ? sum : INFINITY;
 }
 
-static double slope_thin(int n, const struct layer *l)
+static double slope_thin(ptrdiff_t n, const struct layer *l)
 {
     double s_at[POINTS], t_at[POINTS], sum = 0.0;
     light_at_points(n, l, l->s_top, l->s_bottom, s_at);
@@ -322,12 +324,12 @@ static void mode_integrals(double k, double tau, double *square, double *mirror)
 
 /* Two modes: (s't - s t')/(difference of k^2) between the ends, of s'' = k^2 s.  One mode: closed
  * forms. */
-static double slope_thick(int n, const struct layer *l)
+static double slope_thick(ptrdiff_t n, const struct layer *l)
 {
     const double *k = l->modes.k, *hat = l->modes.hat;
     const double *s0 = l->s_top, *s1 = l->s_bottom, *t0 = l->t_top, *t1 = l->t_bottom;
     double ds0[STREAMS_MAX], ds1[STREAMS_MAX], dt0[STREAMS_MAX], dt1[STREAMS_MAX], sum = 0.0;
-    for (int m = 0; m < n; m++) {
+    for (ptrdiff_t m = 0; m < n; m++) {
         double over = 1.0 / l->theta[m], E = l->E[m], square, mirror;
         ds0[m] = (E * s1[m] - s0[m]) * over;
         ds1[m] = (s1[m] - E * s0[m]) * over;
@@ -338,8 +340,8 @@ static double slope_thick(int n, const struct layer *l)
             hat[m] * hat[m] *
             (square * (s0[m] * t0[m] + s1[m] * t1[m]) + mirror * (s0[m] * t1[m] + s1[m] * t0[m]));
     }
-    for (int i = 0; i < n; i++) {
-        for (int j = 0; j < i; j++) {
+    for (ptrdiff_t i = 0; i < n; i++) {
+        for (ptrdiff_t j = 0; j < i; j++) {
             double ends = ds1[i] * t1[j] - s1[i] * dt1[j] - ds0[i] * t0[j] + s0[i] * dt0[j];
             double mirrored = s1[j] * dt1[i] - ds1[j] * t1[i] - s0[j] * dt0[i] + ds0[j] * t0[i];
             sum += hat[i] * hat[j] * (ends + mirrored) / ((k[i] - k[j]) * (k[i] + k[j]));
@@ -358,7 +360,7 @@ double layers_slope_albedo(const struct streams *s, const struct layer *layer)
 double layers_at_bottom(const struct streams *s, const struct layer *layer)
 {
     double light = 0.0, adjoint = 0.0;
-    for (int m = 0; m < s->n; m++) {
+    for (ptrdiff_t m = 0; m < s->n; m++) {
         light += layer->modes.hat[m] * layer->s_bottom[m];
         adjoint += layer->modes.hat[m] * layer->t_bottom[m];
     }

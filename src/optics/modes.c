@@ -8,6 +8,7 @@
 #include "optics/modes.h"
 
 #include <math.h>
+#include <stddef.h>
 
 enum { STEPS_MAX = 60 };
 
@@ -17,23 +18,23 @@ struct fit {
     double constant[STREAMS_MAX], above[STREAMS_MAX], below[STREAMS_MAX];
 };
 
-static void fit_poles(int n, int roots, double a, const double *p, const double *w, const double *x,
-                      struct fit *f)
+static void fit_poles(ptrdiff_t n, ptrdiff_t roots, double a, const double *p, const double *w,
+                      const double *x, struct fit *f)
 {
-    for (int m = 0; m < roots; m++) {
+    for (ptrdiff_t m = 0; m < roots; m++) {
         f->constant[m] = 1.0;
         f->above[m] = f->below[m] = 0.0;
     }
-    for (int i = 0; i < n; i++) {
+    for (ptrdiff_t i = 0; i < n; i++) {
         double weight = a * w[i] * p[i];
-        int lower = i < roots ? i : roots; /* for the roots before it this pole lies below */
-        for (int m = 0; m < lower; m++) {
+        ptrdiff_t lower = i < roots ? i : roots; /* for the roots before it this pole lies below */
+        for (ptrdiff_t m = 0; m < lower; m++) {
             double over = 1.0 / (p[m] - x[m] - p[i]);
             double ratio = (p[m] - p[m + 1] - x[m]) * over;
             f->constant[m] += weight * over * (1.0 - ratio);
             f->below[m] += weight * ratio * ratio;
         }
-        for (int m = i; m < roots; m++) {
+        for (ptrdiff_t m = i; m < roots; m++) {
             double over = 1.0 / (p[i] - p[m] + x[m]);
             double ratio = x[m] * over;
             f->constant[m] -= weight * over * (1.0 - ratio);
@@ -43,16 +44,16 @@ static void fit_poles(int n, int roots, double a, const double *p, const double 
 }
 
 /* The roots but the last: distances from the poles above. */
-static void find_roots(int n, double a, const double *p, const double *w, double *x)
+static void find_roots(ptrdiff_t n, double a, const double *p, const double *w, double *x)
 {
     struct fit f;
-    int roots = n - 1;
-    for (int m = 0; m < roots; m++)
+    ptrdiff_t roots = n - 1;
+    for (ptrdiff_t m = 0; m < roots; m++)
         x[m] = 0.5 * (p[m] - p[m + 1]);
-    for (int step = 0; step < STEPS_MAX; step++) {
+    for (ptrdiff_t step = 0; step < STEPS_MAX; step++) {
         double most = 0.0;
         fit_poles(n, roots, a, p, w, x, &f);
-        for (int m = 0; m < roots; m++) {
+        for (ptrdiff_t m = 0; m < roots; m++) {
             /* c x^2 - B x + S gap = 0; B^2 - 4 c S gap as a sum of what is positive */
             double gap = p[m] - p[m + 1], c = f.constant[m], S = f.above[m], s = f.below[m];
             double B = c * gap + s + S, less = c * gap + s - S;
@@ -68,11 +69,11 @@ static void find_roots(int n, double a, const double *p, const double *w, double
 
 /* The last root from 0: l sum w/(p - l) = (1-a)/a, by Newton's method from above; the left side is
  * convex. */
-static double slowest_from_zero(int n, double e, const double *p, const double *w, double l)
+static double slowest_from_zero(ptrdiff_t n, double e, const double *p, const double *w, double l)
 {
-    for (int step = 0; step < STEPS_MAX; step++) {
+    for (ptrdiff_t step = 0; step < STEPS_MAX; step++) {
         double h = 0.0, slope = 0.0;
-        for (int i = 0; i < n; i++) {
+        for (ptrdiff_t i = 0; i < n; i++) {
             double over = 1.0 / (p[i] - l);
             h += w[i] * over;
             slope += w[i] * p[i] * over * over; /* of l h */
@@ -87,12 +88,12 @@ static double slowest_from_zero(int n, double e, const double *p, const double *
 }
 
 /* The last root's distance x from its pole, where that is the nearer: no pole is below. */
-static double slowest_from_pole(int n, double a, const double *p, const double *w)
+static double slowest_from_pole(ptrdiff_t n, double a, const double *p, const double *w)
 {
     double x = 0.5;
-    for (int step = 0; step < STEPS_MAX; step++) {
+    for (ptrdiff_t step = 0; step < STEPS_MAX; step++) {
         double c = 1.0, S = 0.0;
-        for (int i = 0; i < n; i++) {
+        for (ptrdiff_t i = 0; i < n; i++) {
             double over = 1.0 / (p[i] - p[n - 1] + x), ratio = x * over;
             c -= a * w[i] * p[i] * over * (1.0 - ratio);
             S += a * w[i] * p[i] * ratio * ratio;
@@ -107,10 +108,11 @@ static double slowest_from_pole(int n, double a, const double *p, const double *
 }
 
 /* k^2 of the slowest mode, and its distance from the pole 1. */
-static double slowest(int n, double a, double absorbed, const double *p, const double *w, double *x)
+static double slowest(ptrdiff_t n, double a, double absorbed, const double *p, const double *w,
+                      double *x)
 {
     double e = absorbed / a, at_0 = 0.0, at_half = 0.0;
-    for (int i = 0; i < n; i++) {
+    for (ptrdiff_t i = 0; i < n; i++) {
         at_0 += w[i] / p[i];
         at_half += 0.5 * w[i] / (p[i] - 0.5);
     }
@@ -125,30 +127,30 @@ static double slowest(int n, double a, double absorbed, const double *p, const d
 
 void modes_init(const struct streams *s, double albedo, double absorbed, struct modes *ret)
 {
-    int n = s->n;
-    double p[STREAMS_MAX], u[STREAMS_MAX], x[STREAMS_MAX], norm2[STREAMS_MAX] = { 0 };
-    for (int i = 0; i < n; i++) {
+    ptrdiff_t n = s->n;
+    double p[STREAMS_MAX] = { 0 }, u[STREAMS_MAX], x[STREAMS_MAX], norm2[STREAMS_MAX] = { 0 };
+    for (ptrdiff_t i = 0; i < n; i++) {
         p[i] = 1.0 / (s->mu[i] * s->mu[i]);
         u[i] = sqrt(s->w[i]) / s->mu[i];
     }
     find_roots(n, albedo, p, s->w, x);
     double square = slowest(n, albedo, absorbed, p, s->w, &x[n - 1]);
-    for (int m = 0; m < n; m++)
+    for (ptrdiff_t m = 0; m < n; m++)
         ret->k[m] = sqrt(m < n - 1 ? p[m] - x[m] : square);
     /* v_i = u_i/(p_i - k^2), times x so that nothing overflows. */
-    for (int i = 0; i < n; i++) {
+    for (ptrdiff_t i = 0; i < n; i++) {
         double *row = ret->V + i * n;
-        for (int m = 0; m < n; m++) {
+        for (ptrdiff_t m = 0; m < n; m++) {
             row[m] = u[i] * (x[m] / (p[i] - p[m] + x[m]));
             norm2[m] += row[m] * row[m];
         }
     }
-    for (int m = 0; m < n; m++) {
+    for (ptrdiff_t m = 0; m < n; m++) {
         norm2[m] = 1.0 / sqrt(norm2[m]);
         ret->hat[m] = x[m] / albedo * norm2[m];
     }
-    for (int i = 0; i < n; i++)
-        for (int m = 0; m < n; m++)
+    for (ptrdiff_t i = 0; i < n; i++)
+        for (ptrdiff_t m = 0; m < n; m++)
             ret->V[i * n + m] *= norm2[m];
     ret->albedo = albedo;
 }

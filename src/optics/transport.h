@@ -6,14 +6,15 @@
  * are the equations for N directions of each hemisphere (optics/streams.h), layer by layer through
  * their modes and added up from below (optics/modes.h, optics/layers.h): no doubling, no step.
  *
- * Trust, against 64 streams over random skins (tests/reference/transport_skins.csv), in R:
+ * Trust, against 64 streams over 60 random skins (tests/reference/transport_skins.csv), in R:
  *     streams    4        8         16        32
- *     rms        0.0044   0.00094   1.4e-4    1.9e-5
- *     worst      0.0070   0.0015    2.3e-4    3.1e-5
- * The N-stream equations themselves are met within 1e-11 of R (tests/reference/
- * transport_exact.csv): sigma_a 0 .. 1e12, sigma_s' 1e-6 .. 1e6, d 0 .. 10 mm, eta 0.3 .. 3.8,
- * layers that absorb nothing, all, or 1e-16.  That scattering is taken as isotropic costs 0.012 in
- * R. Nothing is allocated; each call takes up to 0.8 MB of stack. */
+ *     rms        0.0043   0.00093   1.4e-4    1.6e-5
+ *     worst      0.0066   0.0015    2.1e-4    2.5e-5
+ * The N-stream equations themselves are solved to 1e-12 of R (tests/reference/transport_exact.csv):
+ * sigma_a 0 .. 1e12, sigma_s' 1e-6 .. 1e6, d 0 .. 10 mm, eta 0.3 .. 3.8, layers that absorb
+ * nothing, everything, or 1e-16.  That scattering is taken as isotropic costs about 0.012 in R.
+ *
+ * Nothing is allocated; each call takes about 0.7 MB of stack. */
 #ifndef SKINSPEC_OPTICS_TRANSPORT_H
 #define SKINSPEC_OPTICS_TRANSPORT_H
 
@@ -30,12 +31,13 @@ enum { TRANSPORT_STREAMS_MAX = 64, TRANSPORT_LAYERS_MAX = 8 };
  * limits of optics/dipole.h, or the thickness outside tissue.h's. */
 enum status transport_reflectance(int streams, const struct medium *m, double *R);
 
-/* The same R to the last bit, and its derivatives.  Where the dermis absorbs nothing (or no
- * double of what it scatters) that by its sigma_a is -INFINITY, as R falls as the root, and that by
- * its sigma_s' 0; without an epidermis
- * (d = 0) those by the epidermis's coefficients are 0 and the one by d is what the first of it
- * does. Good to 1e-11 of themselves, or of R per relative change of a coefficient where two effects
- * balance to less than that. */
+/* The same R to the last bit, and its derivatives.
+ *   - Where the dermis absorbs nothing (or no double of what it scatters) the one by its sigma_a is
+ *     -INFINITY, as R falls as the root of it, and the one by its sigma_s' 0.
+ *   - Without an epidermis (d = 0) those by its coefficients are 0; the one by d is what a first
+ *     layer of it would do.
+ * Good to 1e-11 of themselves; by a coefficient, where two effects balance, to 1e-14 of R per
+ * relative change of the layer's coefficients. */
 enum status transport_slopes(int streams, const struct medium *m, double *R,
                              const struct slopes *dR);
 
