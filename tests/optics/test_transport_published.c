@@ -120,6 +120,36 @@ static void test_grid(void)
     figures_done(&t);
 }
 
+/* expect: tests/reference/layers.csv, stacks of one to three layers with 64 directions, by doubling
+ * (tests/reference/layers.py); what is left is that doubling's, and the seven digits'. */
+static void test_stacks(void)
+{
+    struct figures t;
+    TEST_ASSERT_TRUE_MESSAGE(figures_read("tests/reference/layers.csv", &t),
+                             "tests/reference/layers.csv");
+    TEST_ASSERT_EQUAL_STRING("mm3", t.name[9]);
+    TEST_ASSERT_EQUAL_STRING("T", t.name[11]);
+    TEST_ASSERT_GREATER_OR_EQUAL(100, t.rows);
+    for (size_t i = 0; i < t.rows; i++) {
+        struct transport_layer layer[3];
+        struct transport_flux f;
+        size_t count = 0;
+        char what[64];
+        for (; count < 3 && figures_at(&t, i, 3 * count + 3) > 0.0; count++) {
+            double mm = figures_at(&t, i, 3 * count + 3);
+            layer[count] = (struct transport_layer){ figures_at(&t, i, 3 * count + 1),
+                                                     figures_at(&t, i, 3 * count + 2),
+                                                     mm < 1e300 ? mm : INFINITY };
+        }
+        snprintf(what, sizeof what, "layers.csv, row %zu", i + 1);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(
+            STATUS_OK, transport_stack(64, figures_at(&t, i, 0), layer, count, &f), what);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-7, figures_at(&t, i, 10), f.R_diffuse, what);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-7, figures_at(&t, i, 11), f.T_total, what);
+    }
+    figures_done(&t);
+}
+
 /* expect: Giovanelli, Reflection by semi-infinite diffusers, Opt. Acta 2, 153 (1955): half space of
  * index 1.5 and albedo 0.9, normal incidence: 0.2600, the mirror reflection of 0.0400 in it. */
 static void test_giovanelli(void)
@@ -137,6 +167,7 @@ int main(void)
     RUN_TEST(test_random_skins);
     RUN_TEST(test_same_streams);
     RUN_TEST(test_grid);
+    RUN_TEST(test_stacks);
     RUN_TEST(test_giovanelli);
     return UNITY_END();
 }
