@@ -156,11 +156,36 @@ static bool let_go(struct step *s)
     return true;
 }
 
+/* The usual case: nothing rests on a bound, and the minimum lies inside all of them. */
+static bool free_step(struct step *s)
+{
+    size_t n = s->problem->n, row[MAX] = { 0 };
+    double L[TRIANGLE];
+    for (size_t i = 0; i < n; i++) {
+        if (!(room_below(s, i) < 0.0 && room_above(s, i) > 0.0))
+            return false;
+        row[i] = i;
+        s->p[i] = -s->normal->gradient[i];
+    }
+    cholesky(s->normal->curvature, row, n, s->damping, L);
+    cholesky_solve(L, n, s->p);
+    for (size_t i = 0; i < n; i++)
+        if (!(s->p[i] >= room_below(s, i) && s->p[i] <= room_above(s, i)))
+            return false;
+    return true;
+}
+
 /* By how much chi^2 would fall if it were the quadratic. */
 static double find_step(struct step *s)
 {
     size_t n = s->problem->n;
     double gain = 0.0;
+    if (free_step(s)) {
+        for (size_t i = 0; i < n; i++)
+            gain -= s->p[i] * (s->normal->gradient[i] -
+                               s->damping * s->normal->curvature[at(i, i)] * s->p[i]);
+        return gain;
+    }
     for (size_t i = 0; i < n; i++) {
         double g = s->normal->gradient[i];
         s->p[i] = 0.0;
@@ -230,13 +255,24 @@ static bool try_step(const struct least_squares *problem, struct step *step, dou
     return true;
 }
 
+/* To where the quadratic has its minimum, unseen. */
+static void last_step(const struct step *step, double *x, struct normal *ret, double gain)
+{
+    const struct least_squares *problem = step->problem;
+    for (size_t i = 0; i < problem->n; i++)
+        x[i] = clamp(x[i] + step->p[i], problem->lo[i], problem->hi[i]);
+    if (step->normal != ret)
+        copy_normal(step->normal, problem->n, ret);
+    ret->chi_square -= gain;
+}
+
 enum status least_squares_run(const struct least_squares *problem, double *x, struct normal *ret,
                               struct least_squares_run *run)
 {
     size_t n = problem->n;
     struct normal second, *trial = &second;
     struct step step = { .problem = problem, .normal = ret, .x = x };
-    bool failed = false;
+    bool failed = false, trusted = false; /* the last step kept what it promised */
     int looks = 0;
     *run = (struct least_squares_run){ .evaluations = 1 };
     for (size_t i = 0; i < n; i++)
@@ -252,6 +288,12 @@ enum status least_squares_run(const struct least_squares *problem, double *x, st
             step.damping = 0.0;
             continue;
         }
+        if (gain < problem->unseen && step.damping == 0.0 && trusted) {
+            last_step(&step, x, ret, gain);
+            run->converged = true;
+            run->iterations++;
+            return STATUS_OK;
+        }
         run->evaluations++;
         failed = !try_step(problem, &step, x, trial);
         if (failed) {
@@ -261,7 +303,9 @@ enum status least_squares_run(const struct least_squares *problem, double *x, st
             const struct normal *left = step.normal;
             step.normal = trial;
             trial = left == ret ? ret : &second;
-            damp(&step, (chi_square - step.normal->chi_square) / gain);
+            double share = (chi_square - step.normal->chi_square) / gain;
+            trusted = fabs(share - 1.0) < 0.2;
+            damp(&step, share);
         }
     }
     if (step.normal != ret)

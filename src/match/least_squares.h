@@ -30,7 +30,12 @@ struct least_squares {
     void (*evaluate)(void *context, const double *x, struct normal *ret);
     void *context;
     double tolerance; /* ends where a step would lower chi^2 by less (or by 1e-10 of itself) */
-    size_t steps;     /* at most so many */
+    /* A whole step that promises to lower chi^2 by less than this is taken without a look at
+     * where it leads, the fit ends there, and *at holds the quadratic's chi^2 and the curvature
+     * of the point before; 0: every step is looked at.  After a step of gain g such a one
+     * misses the minimum by a small part of g. */
+    double unseen;
+    size_t steps; /* at most so many */
 };
 
 struct least_squares_run {
@@ -38,8 +43,8 @@ struct least_squares_run {
     size_t iterations, evaluations;
 };
 
-/* From x[n], clamped into the box, to the minimum; *at is what evaluate() gave there.
- * STATUS_RANGE with x clamped where chi^2 at the start is not finite. */
+/* From x[n], clamped into the box, to the minimum; *at is what evaluate() gave there (but see
+ * unseen). STATUS_RANGE with x clamped where chi^2 at the start is not finite. */
 enum status least_squares_run(const struct least_squares *problem, double *x, struct normal *at,
                               struct least_squares_run *ret);
 

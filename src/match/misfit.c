@@ -74,13 +74,14 @@ static size_t packed(size_t i, size_t j)
     return i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i;
 }
 
-static void mask(const struct misfit *m, double *v)
+static void whiten(const struct misfit *m, double *v)
 {
-    if (m->whole)
-        return;
-    for (size_t i = 0; i < m->chromophores->n; i++)
-        if (m->weight[i] == 0.0)
-            v[i] = 0.0; /* not a product: v may be NaN there */
+    if (!m->whole)
+        for (size_t i = 0; i < m->chromophores->n; i++)
+            if (m->weight[i] == 0.0)
+                v[i] = 0.0; /* not a product: v may be NaN there */
+    if (m->whitener.rank > 0)
+        whitener_apply(&m->whitener, v);
 }
 
 /* ---- chi^2 ------------------------------------------------------------------------------- */
@@ -88,30 +89,28 @@ static void mask(const struct misfit *m, double *v)
 /* Group g into the sums; residual and derivatives are whitened where they lie. */
 static void add_group(const struct misfit *m, size_t g, struct normal *ret)
 {
-    size_t n = m->chromophores->n, at[SKIN_PARAMETERS], free = 0;
-    double *r = m->scratch->R, *row[SKIN_PARAMETERS + 1], weight = 1.0 / m->whitener.white2;
-    double sum[(SKIN_PARAMETERS + 1) * (SKIN_PARAMETERS + 2) / 2];
-    for (size_t i = 0; i < n; i++)
-        r[i] -= m->measured[g][i];
-    mask(m, r);
-    whitener_apply(&m->whitener, r);
+    size_t n = m->chromophores->n, stride = QUICK_STRIDE(n), at[SKIN_PARAMETERS], rows = 0;
+    const double *row[SKIN_PARAMETERS + 1], *sum, weight = 1.0 / m->whitener.white2;
+    double *r = m->scratch->R, triangle[(SKIN_PARAMETERS + 1) * (SKIN_PARAMETERS + 2) / 2];
     for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
         if (m->places[i] == 0)
             continue;
-        at[free] = place(m, i, g);
-        row[free] = m->scratch->J + i * QUICK_STRIDE(n);
-        mask(m, row[free]);
-        whitener_apply(&m->whitener, row[free++]);
+        at[rows] = place(m, i, g);
+        whiten(m, m->scratch->J + i * stride);
+        row[rows++] = m->scratch->J + i * stride;
     }
-    row[free] = r; /* the last: its products are the gradient and chi^2 */
-    products((const double *const *)row, free + 1, QUICK_STRIDE(n), sum);
-    const double *product = sum;
-    for (size_t a = 0; a < free; a++)
+    for (size_t i = 0; i < n; i++)
+        r[i] -= m->measured[g][i];
+    whiten(m, r);
+    row[rows] = r;
+    products(row, rows + 1, stride, triangle);
+    sum = triangle;
+    for (size_t a = 0; a < rows; a++)
         for (size_t b = 0; b <= a; b++)
-            ret->curvature[packed(at[a], at[b])] += weight * *product++;
-    for (size_t a = 0; a < free; a++)
-        ret->gradient[at[a]] += weight * *product++;
-    ret->chi_square += weight * *product;
+            ret->curvature[packed(at[a], at[b])] += weight * *sum++;
+    for (size_t a = 0; a < rows; a++)
+        ret->gradient[at[a]] += weight * *sum++;
+    ret->chi_square += weight * *sum;
 }
 
 /* ((mean of the places - wanted)/sd)^2. */
@@ -164,10 +163,35 @@ struct least_squares misfit_problem(struct misfit *m, double tolerance, size_t s
                                    .steps = steps };
 }
 
-enum status misfit_reflectance(const struct misfit *m, const double *x, size_t g, double *R)
+double misfit_chi_square(const struct misfit *m, const double *x, double *fitted)
 {
-    double value[SKIN_PARAMETERS];
-    misfit_values(m, x, g, value);
-    struct tissue t = fit_tissue(m->fit, value);
-    return quick_slopes(m->fit->model, &t, m->chromophores, 0, m->scratch->model, R, NULL);
+    double sum = m->scatter;
+    size_t n = m->chromophores->n, stride = QUICK_STRIDE(n);
+    double *r = m->scratch->R;
+    for (size_t i = 0; i < n; i++)
+        fitted[i] = 0.0;
+    for (size_t g = 0; g < m->groups; g++) {
+        const double *row[1] = { r };
+        double value[SKIN_PARAMETERS], product;
+        misfit_values(m, x, g, value);
+        struct tissue t = fit_tissue(m->fit, value);
+        if (quick_slopes(m->fit->model, &t, m->chromophores, 0, m->scratch->model, r, NULL) !=
+            STATUS_OK)
+            return INFINITY;
+        for (size_t i = 0; i < n; i++) {
+            fitted[i] += r[i] / (double)m->groups;
+            r[i] -= m->measured[g][i];
+        }
+        whiten(m, r);
+        products(row, 1, stride, &product);
+        sum += product / m->whitener.white2;
+    }
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
+        const struct skin_role *role = &m->fit->role[i];
+        double off =
+            (misfit_mean(m, x, (enum skin_parameter)i) - role->prior_mean) / role->prior_sd;
+        if (m->places[i] > 0 && isfinite(role->prior_sd))
+            sum += off * off;
+    }
+    return sum;
 }

@@ -60,8 +60,8 @@ void misfit_evaluate(void *misfit, const double *x, struct normal *ret);
 /* The problem of finding its minimum. */
 struct least_squares misfit_problem(struct misfit *m, double tolerance, size_t steps);
 
-/* Reflectance that group g is fitted by, R[QUICK_STRIDE(chromophores->n)].  Its statuses are the
- * model's. */
-enum status misfit_reflectance(const struct misfit *m, const double *x, size_t g, double *R);
+/* Chi^2 at x alone, and the mean of the groups' reflectances into fitted[chromophores->n].
+ * INFINITY where the model takes no such skin. */
+double misfit_chi_square(const struct misfit *m, const double *x, double *fitted);
 
 #endif

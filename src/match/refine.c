@@ -16,6 +16,9 @@
 
 /* The fit ends where a step would lower chi^2 by less: 3e-5 standard errors. */
 #define TOLERANCE 1e-9
+/* A step that promises less, after one that kept its promise, is the last: what it leaves is
+ * smaller by the square of how much curvature changes on the way. */
+#define UNSEEN 1e-3
 enum { STEPS = 60 };
 /* Another minimum is told where its chi^2 is above the best by less than this (the 99.9 %
  * point for one degree of freedom) and some parameter is off by more than so many standard
@@ -240,10 +243,29 @@ static void guess(const struct refiner *r, const struct site *site, double *x)
     misfit_vector(&site->misfit, value, x);
 }
 
-static enum status descend(struct misfit *m, struct minimum *at, struct least_squares_run *run)
+/* Down to the minimum from at->x; fitted[bands] is then what fits best.  The last step is
+ * taken unseen, but chi^2 is that of where it leads, and where it is not what was promised
+ * the way is gone again step by step. */
+static enum status descend(struct misfit *m, struct minimum *at, struct least_squares_run *run,
+                           double *fitted)
 {
     struct least_squares problem = misfit_problem(m, TOLERANCE, STEPS);
-    return least_squares_run(&problem, at->x, &at->normal, run);
+    problem.unseen = UNSEEN;
+    enum status s = least_squares_run(&problem, at->x, &at->normal, run);
+    if (s != STATUS_OK)
+        return s;
+    double chi_square = misfit_chi_square(m, at->x, fitted);
+    if (!(fabs(chi_square - at->normal.chi_square) < 0.1 * UNSEEN)) {
+        struct least_squares_run more;
+        problem.unseen = 0.0;
+        (void)least_squares_run(&problem, at->x, &at->normal, &more);
+        run->converged = more.converged;
+        run->iterations += more.iterations;
+        run->evaluations += more.evaluations;
+        chi_square = misfit_chi_square(m, at->x, fitted);
+    }
+    at->normal.chi_square = chi_square;
+    return STATUS_OK;
 }
 
 /* Whether two minima are different skins, in standard errors of the first. */
@@ -291,18 +313,20 @@ static bool other_start(const struct refiner *r, const struct site *site,
  * where there is another, the best of which is then *second. */
 static bool look_around(const struct refiner *r, struct site *site,
                         const double (*starts)[SKIN_PARAMETERS], size_t n_starts,
-                        struct minimum *best, struct minimum *second)
+                        struct minimum *best, struct minimum *second, double *best_fitted)
 {
     struct misfit *m = &site->misfit;
     struct minimum tried;
     struct least_squares_run run;
+    double fitted[SPECTRUM_MAX_BANDS];
     bool has_second = false;
     for (size_t i = 0; other_start(r, site, starts, n_starts, i, tried.x); i++) {
-        if (descend(m, &tried, &run) != STATUS_OK || !distinct(m, best, tried.x))
+        if (descend(m, &tried, &run, fitted) != STATUS_OK || !distinct(m, best, tried.x))
             continue;
         if (tried.normal.chi_square < best->normal.chi_square) {
             *second = *best;
             *best = tried;
+            memcpy(best_fitted, fitted, r->bands * sizeof *fitted);
             minimum_covariance(m, best);
             has_second = true;
         } else if (!has_second || tried.normal.chi_square < second->normal.chi_square) {
@@ -394,23 +418,17 @@ static unsigned flags_of(const struct fit *fit, const double spread[SKIN_PARAMET
 }
 
 /* Residual, rms, and with it the difference in colour. */
-static void compare(const struct refiner *r, struct site *site, const double *x, unsigned want,
-                    struct refined *ret)
+static void compare(const struct refiner *r, const struct site *site, const double *fitted,
+                    unsigned want, struct refined *ret)
 {
-    const struct misfit *m = &site->misfit;
-    double fitted[SPECTRUM_MAX_BANDS] = { 0 }, sum = 0.0, XYZ[3], Lab[2][3];
-    for (size_t g = 0; g < m->groups; g++) {
-        (void)misfit_reflectance(m, x, g, site->scratch.R); /* the fit came by here */
-        for (size_t i = 0; i < r->bands; i++)
-            fitted[i] += site->scratch.R[i] / (double)m->groups;
-    }
+    double sum = 0.0, XYZ[3], Lab[2][3];
     for (size_t i = 0; i < r->bands; i++) {
         ret->residual[i] = site->mean[i] - fitted[i];
         sum += site->weight[i] == 0.0 ? 0.0 : ret->residual[i] * ret->residual[i];
     }
     ret->rms = sqrt(sum / (double)site->measured);
     ret->dE00 = NAN;
-    if ((want & REFINE_COLOUR) == 0 || !r->has_weights || !m->whole)
+    if ((want & REFINE_COLOUR) == 0 || !r->has_weights || !site->misfit.whole)
         return;
     xyz_from_reflectance(&r->weights, site->mean, XYZ);
     lab_from_xyz(XYZ, r->weights.white, Lab[0]);
@@ -451,24 +469,25 @@ static enum status fit_site(const struct refiner *r, struct site *site,
     struct minimum at, second;
     struct least_squares_run run, rerun;
     double spread[SKIN_PARAMETERS];
+    double fitted[SPECTRUM_MAX_BANDS];
     bool has_second = false;
     if (n_starts > 0)
         misfit_vector(m, starts[0], at.x);
     else
         guess(r, site, at.x);
-    enum status s = descend(m, &at, &run);
+    enum status s = descend(m, &at, &run, fitted);
     if (s != STATUS_OK)
         return s;
     minimum_covariance(m, &at);
     if ((want & REFINE_SECOND) != 0)
-        has_second = look_around(r, site, starts, n_starts, &at, &second);
+        has_second = look_around(r, site, starts, n_starts, &at, &second, fitted);
     for (int turn = 0; !describe(m, &at, turn < AGAIN ? want : 0, ret); turn++) {
-        (void)descend(m, &at, &rerun); /* from where chi^2 was finite just now */
+        (void)descend(m, &at, &rerun, fitted); /* from where chi^2 was finite just now */
         minimum_covariance(m, &at);
     }
     widen(r, site, &at, spread, ret);
     tell_second(m, has_second ? &second : NULL, ret);
-    compare(r, site, at.x, want, ret);
+    compare(r, site, fitted, want, ret);
     judge(r, site, &at, ret);
     ret->iterations = run.iterations;
     ret->evaluations = run.evaluations;

@@ -37,7 +37,13 @@ static void sum_up(const double *r, const double *J, size_t m, size_t n, struct 
 static struct least_squares problem_of(void (*evaluate)(void *, const double *, struct normal *),
                                        void *context, size_t n, const double *lo, const double *hi)
 {
-    return (struct least_squares){ n, lo, hi, evaluate, context, 1e-9, 200 };
+    return (struct least_squares){ .n = n,
+                                   .lo = lo,
+                                   .hi = hi,
+                                   .evaluate = evaluate,
+                                   .context = context,
+                                   .tolerance = 1e-9,
+                                   .steps = 200 };
 }
 
 /* ---- published problems ---------------------------------------------------------------- */
@@ -238,6 +244,24 @@ static void test_what_the_data_do_not_see_stays(void)
         TEST_ASSERT_TRUE(isfinite(inverse[i]));
 }
 
+/* Close by, the last step is not looked at: one evaluation less, and nearly the same end. */
+static void test_the_last_step_may_be_unseen(void)
+{
+    double lo[2] = { 0.0, 0.0 }, hi[2] = { 1e4, 1.0 }, unit = 1e3, seen[2], unseen[2];
+    struct least_squares p = problem_of(misra, &unit, 2, lo, hi);
+    struct least_squares_run run[2];
+    struct normal at;
+    seen[0] = unseen[0] = 250.0;
+    seen[1] = unseen[1] = 5e-4;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, least_squares_run(&p, seen, &at, &run[0]));
+    double chi_square = at.chi_square;
+    p.unseen = 100.0; /* of 124 551 */
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, least_squares_run(&p, unseen, &at, &run[1]));
+    TEST_ASSERT_TRUE(run[1].converged && run[1].evaluations < run[0].evaluations);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, chi_square, at.chi_square);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * seen[0], seen[0], unseen[0]);
+}
+
 static void test_steps_are_limited(void)
 {
     double lo[2] = { -2, -2 }, hi[2] = { 2, 2 }, x[2] = { -1.2, 1.0 };
@@ -269,6 +293,7 @@ int main(void)
     RUN_TEST(test_quadratics_reach_the_best_active_set);
     RUN_TEST(test_steps_into_nowhere_are_taken_back);
     RUN_TEST(test_what_the_data_do_not_see_stays);
+    RUN_TEST(test_the_last_step_may_be_unseen);
     RUN_TEST(test_steps_are_limited);
     RUN_TEST(test_a_held_parameter_stays);
     return UNITY_END();
