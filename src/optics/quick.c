@@ -69,7 +69,7 @@ QUICK_INLINE void coefficients(const struct quick_job *q)
 
 /* optics/half_space.c's formulas, with one division: k = sqrt(3 sigma_a sigma_t') is s sigma_t'.
  * Whether every band is in range. */
-QUICK_INLINE bool half_space(const struct quick_job *q)
+QUICK_INLINE bool half_space(const struct quick_job *q, bool slopes)
 {
     double steeper = 1.0 + 4.0 / 3.0 * q->A, half = 0.5 * q->entering;
     const double *restrict sa1 = q->sa1, *restrict sa2 = q->sa2, *restrict ss1 = q->ss1;
@@ -85,8 +85,10 @@ QUICK_INLINE bool half_space(const struct quick_job *q)
         double slow = quick_exp(-s), fast = quick_exp(-steeper * s);
         double g = slow + fast, fall = slow + steeper * fast, outside = half * inverse;
         R[i] = half * mu * g;
-        by_sa1[i] = by_sa2[i] = -outside * mu * (g + 1.5 * mu * fall * i_s);
-        by_ss[i] = outside * (b * g + 0.5 * mu * s * fall);
+        if (slopes) {
+            by_sa1[i] = by_sa2[i] = -outside * mu * (g + 1.5 * mu * fall * i_s);
+            by_ss[i] = outside * (b * g + 0.5 * mu * s * fall);
+        }
         beyond |= b >= 1e-10 ? 0 : 1;
     }
     return beyond == 0;
@@ -97,7 +99,7 @@ QUICK_INLINE bool half_space(const struct quick_job *q)
 /* R = H + (r1 - r2) G/M of optics/two_layer_slopes.c, its third form, which takes no branches:
  * what it loses where the epidermis is thin is 1/y.  Divisions cost as much as ten products,
  * so several quantities share one. */
-QUICK_INLINE bool two_layer(const struct quick_job *q, bool all)
+QUICK_INLINE bool two_layer(const struct quick_job *q, bool slopes, bool all)
 {
     const double *restrict sa1 = q->sa1, *restrict sa2 = q->sa2;
     const double *restrict ss1 = q->ss1, *restrict ss2 = q->ss2;
@@ -144,6 +146,12 @@ QUICK_INLINE bool two_layer(const struct quick_job *q, bool all)
         double clear = A2 * fading * i_surface, layer = clear + x * g;
         double G = m1 * layer + T * quotient, w = 2.0 * fading * i_L, difference = r1 - r2;
         R[i] = entering * (H + w * difference * G);
+        beyond |= y >= 1.0 / 128.0 ? 0 : 1;
+        beyond |= r1 >= 1.0 / 64.0 ? 0 : 1;
+        beyond |= x <= 150.0 ? 0 : 1;
+        beyond |= r2 >= 1e-6 ? 0 : 1;
+        if (!slopes)
+            continue;
 
         /* By sigma_a1: x changes by d. */
         double r1_by = 1.5 * mu1 * i_k1; /* 1.5 mu1/(r1 sigma_t1') */
@@ -165,10 +173,6 @@ QUICK_INLINE bool two_layer(const struct quick_job *q, bool all)
             out * (T * (1.0 + 2.0 / 3.0 * r2 + b2) * (i_plus2 * i_plus2) + phi * (1.0 / 3.0));
         by_sa2[i] = -1.5 * mu2 * i2 * by_r2 * i_r2;
 
-        beyond |= y >= 1.0 / 128.0 ? 0 : 1;
-        beyond |= r1 >= 1.0 / 64.0 ? 0 : 1;
-        beyond |= x <= 150.0 ? 0 : 1;
-        beyond |= r2 >= 1e-6 ? 0 : 1;
         if (all) { /* d dR/dd is the sum of what the coefficients times their derivatives are */
             double by_thickness = out * st1 * (b2 * mu1 - b1 * mu2) * (T + phi);
             by_d[i] = by_thickness;
@@ -210,15 +214,18 @@ QUICK_INLINE void chain(const struct quick_job *q)
 
 /* ---- for each kind of vectors ------------------------------------------------------------ */
 
-enum quick_kernel { HALF_SPACE, TWO_LAYER, TWO_LAYER_ALL };
+/* What is computed: R alone; and the derivatives by absorption; and by all. */
+enum quick_kernel { HALF_SPACE_R, HALF_SPACE, TWO_LAYER_R, TWO_LAYER, TWO_LAYER_ALL };
 
 /* Constants, so that each of the loops is made for its own. */
 QUICK_INLINE bool run(const struct quick_job *q, enum quick_kernel kernel)
 {
     coefficients(q);
-    bool good = kernel == HALF_SPACE  ? half_space(q)
-                : kernel == TWO_LAYER ? two_layer(q, false)
-                                      : two_layer(q, true);
+    bool good = kernel == HALF_SPACE_R  ? half_space(q, false)
+                : kernel == HALF_SPACE  ? half_space(q, true)
+                : kernel == TWO_LAYER_R ? two_layer(q, false, false)
+                : kernel == TWO_LAYER   ? two_layer(q, true, false)
+                                        : two_layer(q, true, true);
     if (good)
         chain(q);
     return good;
@@ -311,7 +318,9 @@ enum status quick_slopes_by(enum quick_vectors v, const struct model *model, con
     unsigned without = two ? 0 : QUICK_WANT(TISSUE_EPIDERMIS_MM);
     if (t->scattering_a == 0.0)
         without |= QUICK_WANT(TISSUE_SCATTERING_A) | QUICK_WANT(TISSUE_SCATTERING_B);
-    enum quick_kernel kernel = !two                               ? HALF_SPACE
+    enum quick_kernel kernel = !two && wanted == 0                ? HALF_SPACE_R
+                               : !two                             ? HALF_SPACE
+                               : wanted == 0                      ? TWO_LAYER_R
                                : (wanted & ~without & scattering) ? TWO_LAYER_ALL
                                                                   : TWO_LAYER;
     double *row[9];

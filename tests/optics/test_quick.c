@@ -163,9 +163,14 @@ static void test_wanted(void)
                 double expect = i / STRIDE != p ? 77.0 : i % STRIDE >= BANDS ? 0.0 : J[i];
                 TEST_ASSERT_TRUE(some[i] == expect);
             }
-            for (size_t i = BANDS; i < STRIDE; i++)
-                TEST_ASSERT_TRUE(R[i] == 0.0);
         }
+        for (size_t i = 0; i < STRIDE; i++)
+            some[i] = R[i];
+        TEST_ASSERT_EQUAL_INT(STATUS_OK,
+                              quick_slopes(quick_model(m), &t, &chromophores, 0, scratch, R, NULL));
+        TEST_ASSERT_EQUAL_MEMORY(some, R, sizeof R);
+        for (size_t i = BANDS; i < STRIDE; i++)
+            TEST_ASSERT_TRUE(R[i] == 0.0);
     }
 }
 
