@@ -146,7 +146,7 @@ cover: need-cover ## coverage of optics, colour, match, db and drivers: 95 % of 
 	    --filter '$(CURDIR)/src/(optics|colour|match|json|station)/' --filter '$(CURDIR)/(db|drivers)/' --branches \
 	    --txt - --fail-under-branch 90
 
-bench: need-test all $(BUILD)/bench/load $(BUILD)/bench/drivers $(simhost) $(tables) ## speed of the station, each figure beside its bar (3 minutes)
+bench: need-test all $(BUILD)/bench/load $(BUILD)/bench/drivers $(simhost) $(tables) ## speed of the station and of inversion, each figure beside its bar (3 minutes)
 	@BUILD=$(BUILD) python3 -B tests/bench/run.py $(BENCH)
 
 $(BUILD)/bench/load: $(BUILD)/obj/tests/bench/load.o $(lib_a)
@@ -250,7 +250,7 @@ need-cover: need-test
 
 need-lint: need-test
 	@tools/need cmd:clang=clang cmd:clang-format=clang-format cmd:clang-tidy=clang-tidy \
-	    cmd:cppcheck=cppcheck
+	    cmd:cppcheck=cppcheck lib:cminpack=libcminpack-dev
 
 $(unity)/unity.c: | need-build
 	@tools/need cmd:xz=xz-utils

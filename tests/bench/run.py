@@ -1,6 +1,6 @@
 """run.py - the station's figures, each beside its bar.
 
-    BUILD=build python3 -B tests/bench/run.py [throughput] [latency] [drivers] [start]
+    BUILD=build python3 -B tests/bench/run.py [throughput] [latency] [drivers] [start] [inversion]
 
 Without a name all of them.  BENCH_DIR is a folder on the disk to measure (in BUILD by
 default).  What is missing (redis, pip) is skipped with a message.  Every program runs
@@ -10,6 +10,7 @@ the machine shows in the figures: "others" is the share of all cores that it too
 
 import os
 import statistics
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -197,11 +198,29 @@ def show_start():
     row("resident", f"{megabytes:.1f} MB", f"<= {RESIDENT_MB} MB", megabytes <= RESIDENT_MB)
 
 
+# ---- inversion ------------------------------------------------------------------------------
+
+
+def show_inversion():
+    """One spectrum to one skin, beside cminpack; the program prints what it finds."""
+    heading("one spectrum of 31 bands to one skin, beside cminpack's lmder")
+    program = os.path.join(BENCH, "inversion")
+    there = subprocess.run(["tools/need", "lib:cminpack=libcminpack-dev"], check=False)
+    if there.returncode != 0:
+        print("bench: not measured: there is no cminpack (Debian's libcminpack-dev)")
+        return
+    subprocess.run(["make", "--no-print-directory", f"BUILD={services.BUILD}", program], check=True)
+    with machine.Others() as others:
+        subprocess.run([program], check=False)  # ends with 1 where a bar is missed, and says so
+    row("others took of all cores", f"{others.percent:.0f} %")
+
+
 SECTIONS = {
     "throughput": show_throughput,
     "latency": show_latency,
     "drivers": show_drivers,
     "start": show_start,
+    "inversion": show_inversion,
 }
 
 
