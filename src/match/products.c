@@ -1,10 +1,12 @@
-/* products.c - eight partial sums a pair, added up in one order. */
+/* products.c - eight partial sums a pair, added up in one order: halves, quarters, two. */
 #include "match/products.h"
 
 #include <string.h>
 
 /* Understood by gcc and clang alike; as many registers as it takes. */
 typedef double lanes __attribute__((vector_size(PRODUCTS_LANES * sizeof(double))));
+typedef double half __attribute__((vector_size(PRODUCTS_LANES / 2 * sizeof(double))));
+typedef double quarter __attribute__((vector_size(PRODUCTS_LANES / 4 * sizeof(double))));
 
 /* Into each of the targets below, so that it is compiled for its vectors. */
 #define INLINE static inline __attribute__((always_inline))
@@ -14,14 +16,18 @@ INLINE void pairs(const double *const *row, size_t rows, size_t length, double *
     for (size_t i = 0; i < rows; i++)
         for (size_t j = 0; j <= i; j++) {
             lanes part = { 0 }, a, b;
-            double p[PRODUCTS_LANES];
+            half h[2];
+            quarter q[2];
             for (size_t k = 0; k < length; k += PRODUCTS_LANES) {
                 memcpy(&a, row[i] + k, sizeof a);
                 memcpy(&b, row[j] + k, sizeof b);
                 part += a * b;
             }
-            memcpy(p, &part, sizeof p);
-            *sum++ = ((p[0] + p[4]) + (p[2] + p[6])) + ((p[1] + p[5]) + (p[3] + p[7]));
+            memcpy(h, &part, sizeof h);
+            h[0] += h[1];
+            memcpy(q, h, sizeof q);
+            q[0] += q[1];
+            *sum++ = q[0][0] + q[0][1];
         }
 }
 
