@@ -104,7 +104,12 @@ static void row_by_hand(const struct row_case *c, size_t row, struct table_row *
     struct medium medium;
     double XYZ[3];
     grid_row(&small_grid, row, &ret->Cm, &ret->Bm, &ret->Ch);
-    struct tissue t = { ret->Cm, ret->Bm, ret->Ch, c->gamma, c->epidermis_mm, c->eta, 0.0, 0.0 };
+    struct tissue t = { .Cm = ret->Cm,
+                        .Bm = ret->Bm,
+                        .Ch = ret->Ch,
+                        .gamma = c->gamma,
+                        .epidermis_mm = c->epidermis_mm,
+                        .eta = c->eta };
     TEST_ASSERT_EQUAL_INT(STATUS_OK,
                           chromophores_init(c->first_nm, c->step_nm, c->bands, &chromophores));
     TEST_ASSERT_EQUAL_INT(STATUS_OK, tissue_medium(&t, &chromophores, scratch, &medium));
