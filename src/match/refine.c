@@ -412,7 +412,8 @@ static unsigned flags_of(const struct fit *fit, const double spread[SKIN_PARAMET
     }
     if (r->degrees > 0 && r->chi_square_p < P_TOO_LARGE)
         flags |= REFINE_RESIDUAL_TOO_LARGE;
-    if (r->degrees > 0 && r->chi_square_p > P_TOO_SMALL)
+    /* Where the model does better than at its usual error, nobody stated a noise too large. */
+    if (r->degrees > 0 && r->chi_square_p > P_TOO_SMALL && fit->model_error == 0.0)
         flags |= REFINE_RESIDUAL_TOO_SMALL;
     return flags | (r->has_second ? (unsigned)REFINE_SECOND_SOLUTION : 0u);
 }

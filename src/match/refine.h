@@ -25,7 +25,8 @@ enum refine_flag {
                                    * (of Cm and Ch in square roots, which reflectance goes by) */
     REFINE_BY_PRIOR = 1 << 14,    /* << parameter: the prior says more about it than the data do */
     REFINE_RESIDUAL_TOO_LARGE = 1 << 21, /* p < 0.001: model or noise do not explain the data */
-    REFINE_RESIDUAL_TOO_SMALL = 1 << 22, /* p > 0.999: the noise stated is too large */
+    REFINE_RESIDUAL_TOO_SMALL = 1 << 22, /* p > 0.999: the noise stated is too large; not told of
+                                          * a fit with a model_error, which is its own */
     REFINE_SECOND_SOLUTION = 1 << 23,    /* another skin fits nearly as well: see second[] */
     REFINE_NOT_CONVERGED = 1 << 24,      /* the step limit was reached; the best point met stands */
 };

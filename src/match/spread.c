@@ -32,26 +32,33 @@ static size_t packed(size_t i, size_t j)
     return i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i;
 }
 
+static double *row_of(const struct misfit *m, size_t i)
+{
+    return m->scratch->J + i * QUICK_STRIDE(m->chromophores->n);
+}
+
 /* J at the answer into the scratch, 0 in bands that were not measured, and the moves. */
 static void find_moves(const struct misfit *m, const double *x, struct moves *ret)
 {
-    double value[SKIN_PARAMETERS], *J = m->scratch->J;
+    double value[SKIN_PARAMETERS];
     size_t bands = m->chromophores->n;
     misfit_values(m, x, 0, value);
     struct tissue t = fit_tissue(m->fit, value);
-    (void)model_slopes(m->fit->model, &t, m->chromophores, m->scratch->model, m->scratch->R, J);
+    (void)quick_slopes(m->fit->model, &t, m->chromophores, QUICK_WANT_ALL, m->scratch->model,
+                       m->scratch->R, m->scratch->J);
     ret->n = 0;
     ret->bands = bands;
     for (size_t k = 0; k < SKIN_PARAMETERS; k++) {
         const struct skin_role *role = &m->fit->role[k];
+        double *row = row_of(m, k);
         for (size_t i = 0; i < bands; i++)
-            J[k * bands + i] = m->weight[i] == 0.0 ? 0.0 : J[k * bands + i];
+            row[i] = m->weight[i] == 0.0 ? 0.0 : row[i];
         if (role->spread == 0.0)
             continue;
         ret->which[ret->n] = (enum skin_parameter)k;
         ret->size[ret->n] = role->spread * (role->spread_relative ? value[k] : 1.0);
         for (size_t i = 0; i < bands; i++)
-            ret->p[ret->n][i] = ret->size[ret->n] * J[k * bands + i];
+            ret->p[ret->n][i] = ret->size[ret->n] * row[i];
         ret->n++;
     }
 }
@@ -148,21 +155,17 @@ static void find_inside(const struct misfit *m, const struct minimum *at, struct
     normal_covariance(&normal, ret->n, unseen, ret->inverse);
 }
 
-/* Adds the squares of G p for one move. */
+/* Adds the squares of G p for one move; the rows of J are whitened. */
 static void add_move(const struct misfit *m, const struct inside *in, const double *p,
                      double variance[SKIN_PARAMETERS])
 {
-    double moved[SPECTRUM_MAX_BANDS], row[SPECTRUM_MAX_BANDS], pull[SKIN_PARAMETERS];
+    double moved[SPECTRUM_MAX_BANDS], pull[SKIN_PARAMETERS];
     size_t bands = m->chromophores->n;
     for (size_t i = 0; i < bands; i++)
         moved[i] = p[i];
     whitener_apply(&m->whitener, moved);
-    for (size_t a = 0; a < in->n; a++) {
-        for (size_t i = 0; i < bands; i++)
-            row[i] = m->scratch->J[(size_t)in->which[a] * bands + i];
-        whitener_apply(&m->whitener, row);
-        pull[a] = dot(row, moved, bands) / m->whitener.white2;
-    }
+    for (size_t a = 0; a < in->n; a++)
+        pull[a] = dot(row_of(m, in->which[a]), moved, bands) / m->whitener.white2;
     for (size_t a = 0; a < in->n; a++) {
         double shift = dot(in->inverse + a * in->n, pull, in->n);
         variance[in->which[a]] += shift * shift;
@@ -178,6 +181,8 @@ void spread_find(const struct misfit *m, const struct minimum *at, const struct 
     struct inside in;
     find_moves(m, at->x, &moves);
     find_inside(m, at, &in);
+    for (size_t a = 0; a < in.n; a++)
+        whitener_apply(&m->whitener, row_of(m, in.which[a]));
     for (size_t k = 0; k < moves.n; k++)
         add_move(m, &in, moves.p[k], variance);
     for (size_t k = 0; k < moves.n; k++) {

@@ -171,6 +171,9 @@ static void test_the_residual_is_the_model_s_alone(void)
     run(SKIN_FIT_WHITE, REPLICATES);
     TEST_ASSERT_EQUAL_size_t(BANDS - 5, answer.degrees);
     TEST_ASSERT_TRUE((answer.flags & REFINE_RESIDUAL_TOO_LARGE) == 0);
+    /* Far below the model's usual error: no sign of a noise that was stated too large. */
+    TEST_ASSERT_TRUE(answer.chi_square_p > 0.999);
+    TEST_ASSERT_TRUE((answer.flags & REFINE_RESIDUAL_TOO_SMALL) == 0);
     fit.role[SKIN_CM].spread = fit.role[SKIN_CH].spread = fit.role[SKIN_SO2].spread = 0.0;
     fit.role[SKIN_SCATTERING_A].spread = fit.role[SKIN_SCATTERING_B].spread = 0.0;
     run(SKIN_FIT_WHITE, REPLICATES);
