@@ -40,7 +40,7 @@ extern "C" {
 #include "match/nearest.h"
 #include "match/noise.h"
 #include "match/recipe.h"
-#include "match/refine.h" /* a spectrum -> the continuous skin, and how sure */
+#include "match/refine.h"   /* a spectrum -> the continuous skin, and how sure */
 #include "match/skin_fit.h" /* the fit for measured skin */
 #include "match/table.h"
 

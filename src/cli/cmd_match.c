@@ -35,7 +35,7 @@ static const struct argp_option options[] = {
       "rgb, lab, de2000 or spectrum (spectrum where the table has them, else rgb)", 0 },
     { "rgb", OPTION_RGB, "float", 0, "By rgb, but before rounding to 8 bits", 0 },
     { "k", OPTION_K, "N", 0, "Also give the N nearest rows, 1..100", 0 },
-    OPTION_ROWS_REFINE("0.008"),
+    OPTION_ROWS_REFINE(OPTION_TEXT(NOISE_DEFAULT_PLACEMENT)),
     { "specular", OPTION_SPECULAR, "sce|sci", 0,
       "Whether the mirror reflection is excluded or included, where no column says so", 0 },
     { "surface", OPTION_SURFACE, "S", 0,

@@ -202,7 +202,7 @@ int cmd_measure(int argc, char **argv)
         "--json the record (docs/protocol.md); progress goes to standard error.\n\n"
         "Examples:\n"
         "  skinspec measure --site forearm --operator Ada\n"
-        "  skinspec measure --refine\n"
+        "  skinspec measure --refine=skin\n"
         "  skinspec measure --pace prompt --replicates 5 --json\n",
         NULL,
         NULL,

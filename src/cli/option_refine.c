@@ -10,7 +10,7 @@
 static void take_kind(const char *text, struct argp_state *state, struct refine_wish *wish)
 {
     if (refine_kind_parse(text != NULL ? text : "three", &wish->kind) != STATUS_OK)
-        argp_error(state, "--refine: '%s' is not known; expected three", text);
+        argp_error(state, "--refine: '%s' is neither three nor skin", text);
 }
 
 /* SKIN_PARAMETERS where there is none of that name. */

@@ -15,12 +15,17 @@ enum {
     OPTION_FIX,
 };
 
+#define OPTION_TEXT_OF(number) #number
+#define OPTION_TEXT(number) OPTION_TEXT_OF(number)
+#define NOISE_WHITE_TEXT OPTION_TEXT(NOISE_DEFAULT_WHITE)
+
 /* clang-format off */
 #define OPTION_ROWS_REFINE(placement_default) \
-    { "refine", OPTION_REFINE, "three", OPTION_ARG_OPTIONAL, \
-      "Fit Cm, Bm, Ch between the rows too, and say how sure that is (three)", 0 }, \
+    { "refine", OPTION_REFINE, "three|skin", OPTION_ARG_OPTIONAL, \
+      "Fit the skin between the rows too, and say how sure that is: Cm, Bm, Ch (three), or for " \
+      "measured skin Cm, Ch, oxygen saturation and scattering (skin)", 0 }, \
     { "noise", OPTION_NOISE, "S", 0, \
-      "With --refine: standard deviation of each band by itself (0.003)", 0 }, \
+      "With --refine: standard deviation of each band by itself (three: " NOISE_WHITE_TEXT ")", 0 }, \
     { "placement", OPTION_PLACEMENT, "P", 0, \
       "With --refine: size of the noise that bands share, from putting the probe down again (" \
       placement_default "; 0 beside --noise)", 0 }, \

@@ -56,8 +56,11 @@ static void print_fit(const struct refined_match *match)
     printf(", chi-square %.1f of %zu degrees", r->chi_square, r->degrees);
     if (r->degrees > 0)
         printf(", p %.2g", r->chi_square_p);
-    printf("\n  noise    %.4g a band, %.4g placement (%s)\n", r->noise.white, r->noise.placement,
-           noise_source_name(match->source));
+    printf("\n  noise    %.4g a band, ", r->noise.white);
+    if (match->wish.kind == REFINE_SKIN && match->source != NOISE_STATED)
+        printf("the skin differs between placements (%s)\n", noise_source_name(match->source));
+    else
+        printf("%.4g placement (%s)\n", r->noise.placement, noise_source_name(match->source));
 }
 
 static void print_nearest(const struct wire_match *m)

@@ -4,9 +4,11 @@
 #include <math.h>
 #include <string.h>
 
+#include "match/skin_fit.h"
+
 /* ---- names -------------------------------------------------------------------------- */
 
-static const char *const kind_names[REFINE_KINDS] = { "", "three" };
+static const char *const kind_names[REFINE_KINDS] = { "", "three", "skin" };
 
 const char *refine_kind_name(enum refine_kind kind)
 {
@@ -47,34 +49,50 @@ static enum status refuse(const char **why, const char *what)
     return STATUS_RANGE;
 }
 
-/* A parameter that was held already is held elsewhere: fit_check() knows what skin can be. */
 static enum status hold(struct fit *fit, size_t i, double value, const char **why)
 {
     static const char *const outside[SKIN_PARAMETERS] = {
-        "the fixed Cm lies outside the fit's bounds; the table's axes and --help have them",
-        "the fixed Bm lies outside the fit's bounds; it is a share, 0..1",
-        "the fixed Ch lies outside the fit's bounds; the table's axes and --help have them",
-        "the fixed SO2 lies outside the fit's bounds; it is a share, 0..1",
-        "the fixed epidermis_mm lies outside the fit's bounds; 0.08 is usual",
-        "the fixed scattering_a lies outside the fit's bounds; leave it free",
-        "the fixed scattering_b lies outside the fit's bounds; leave it free",
+        "the fixed Cm lies outside the fit's bounds, 0..0.5",
+        "the fixed Bm lies outside the fit's bounds, 0..1",
+        "the fixed Ch lies outside the fit's bounds, 0.001..0.1 (skin: ..0.2)",
+        "the fixed SO2 lies outside the fit's bounds, 0..1",
+        "the fixed epidermis_mm lies outside the fit's bounds, 0..1000; 0.08 is usual",
+        "the fixed scattering_a lies outside the fit's bounds, 0.5..60 mm^-1",
+        "the fixed scattering_b lies outside the fit's bounds, -2..5",
     };
     struct skin_role *role = &fit->role[i];
     if (!fit->own_scattering && i >= SKIN_SCATTERING_A)
         return refuse(why, "this fit has the scattering of the table; to fix another, fit skin");
-    if (!isfinite(value) || (role->free && (value < role->lo || value > role->hi)))
+    if (!(value >= role->lo && value <= role->hi))
         return refuse(why, outside[i]);
-    *role = (struct skin_role){ .value = value, .lo = value, .hi = value, .prior_sd = INFINITY };
+    *role =
+        (struct skin_role){ .value = value, .lo = role->lo, .hi = role->hi, .prior_sd = INFINITY };
     return STATUS_OK;
+}
+
+static bool noise_is_stated(const struct refine_wish *wish)
+{
+    return !isnan(wish->white) || !isnan(wish->placement);
+}
+
+/* What placements change of a skin is noise too: where noise is stated it is all there is. */
+static void forget_spreads(struct fit *fit)
+{
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+        fit->role[i].spread = 0.0;
+    fit->spread_degrees = 0.0;
 }
 
 enum status refine_wish_fit(const struct refine_wish *wish, const struct recipe *recipe,
                             struct fit *ret, const char **why)
 {
-    struct fit fit = fit_three(recipe);
+    bool skin = wish->kind == REFINE_SKIN;
+    struct fit fit = skin ? fit_skin(recipe->model) : fit_three(recipe);
     enum status s = STATUS_OK;
     fit.illuminant = recipe->illuminant;
     fit.observer = recipe->observer;
+    if (noise_is_stated(wish))
+        forget_spreads(&fit);
     for (size_t i = 0; i < SKIN_PARAMETERS && s == STATUS_OK; i++)
         if (!isnan(wish->fix[i]))
             s = hold(&fit, i, wish->fix[i], why);
@@ -89,14 +107,15 @@ enum status refine_wish_noise(const struct refine_wish *wish, const struct spect
                               size_t n, struct noise *ret, enum noise_source *source)
 {
     struct noise noise = noise_default();
-    bool white = !isnan(wish->white), placement = !isnan(wish->placement);
-    if (white)
-        noise.white = wish->white;
-    *source = white || placement ? NOISE_STATED : n > 1 ? NOISE_REPLICATES : NOISE_POPULATION;
-    if (*source == NOISE_REPLICATES)
+    *source = noise_is_stated(wish) ? NOISE_STATED : n > 1 ? NOISE_REPLICATES : NOISE_POPULATION;
+    if (*source != NOISE_STATED && wish->kind == REFINE_SKIN)
+        noise = noise_skin(); /* its parameters spread from placement to placement themselves */
+    else if (*source == NOISE_REPLICATES)
         return noise_from_replicates(&noise, replicate, n, ret);
+    if (!isnan(wish->white))
+        noise.white = wish->white;
     if (*source == NOISE_STATED)
-        noise.placement = placement ? wish->placement : 0.0;
+        noise.placement = isnan(wish->placement) ? 0.0 : wish->placement;
     enum status s = noise_check(&noise, NULL);
     if (s == STATUS_OK)
         *ret = noise;

@@ -18,18 +18,21 @@
 enum refine_kind {
     REFINE_NOT,   /* the nearest row is the answer */
     REFINE_THREE, /* Cm, Bm, Ch; the rest as the table has it: fit_three() */
+    REFINE_SKIN,  /* measured skin: match/skin_fit.h */
 };
-enum { REFINE_KINDS = 2 };
+enum { REFINE_KINDS = 3 };
 
-/* "three"; "" for REFINE_NOT.  Any other text is STATUS_NOT_FOUND. */
+/* "three" and "skin"; "" for REFINE_NOT.  Any other text is STATUS_NOT_FOUND. */
 const char *refine_kind_name(enum refine_kind kind);
 enum status refine_kind_parse(const char *text, enum refine_kind *ret);
 
 struct refine_wish {
     enum refine_kind kind;
-    double white;     /* standard deviation of each band by itself; NAN: that of an instrument */
-    double placement; /* size of what bands share; NAN: 0 where white is given, else what the
-                       * replicates show, shrunk to the population's */
+    double white; /* standard deviation of each band by itself; NAN: that of an instrument */
+    double
+        placement; /* size of what bands share; NAN: 0 where white is given, else what the
+                    * replicates show, shrunk to the population's.  The skin fit lets the skin
+                    * itself differ from placement to placement, unless one of the two is given */
     double fix[SKIN_PARAMETERS]; /* held at; NAN: as the fit has it */
 };
 

@@ -71,6 +71,7 @@ static void compare_skins(struct comparison *c, const struct refined *stored,
     for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
         compare(c, stored->value[i], now->value[i]);
         compare(c, stored->se[i], now->se[i]);
+        compare(c, stored->repeat_se[i], now->repeat_se[i]);
         compare(c, stored->lo[i], now->lo[i]);
         compare(c, stored->hi[i], now->hi[i]);
     }

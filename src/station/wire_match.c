@@ -108,6 +108,11 @@ static void put_se(struct maker *m, const char *name, const struct refined *r, s
     maker_number(m, name, r->se[i]);
 }
 
+static void put_repeat_se(struct maker *m, const char *name, const struct refined *r, size_t i)
+{
+    maker_number(m, name, r->repeat_se[i]);
+}
+
 static void put_interval(struct maker *m, const char *name, const struct refined *r, size_t i)
 {
     const double pair[] = { r->lo[i], r->hi[i] };
@@ -185,6 +190,7 @@ static void put_fit(struct maker *m, const struct refined_match *match)
 {
     const struct refined *r = &match->refined;
     put_skin_object(m, "se", r, r->free, put_se);
+    put_skin_object(m, "repeat_se", r, r->free, put_repeat_se);
     put_skin_object(m, "interval", r, r->free, put_interval);
     maker_number(m, "chi_square", r->chi_square);
     maker_number(m, "degrees", (double)r->degrees);
@@ -337,7 +343,9 @@ static void take_errors(struct taker *t, struct refined *r)
     take_skin(&se, r->se);
     for (size_t i = 0; i < SKIN_PARAMETERS; i++)
         r->free |= isnan(r->se[i]) ? 0u : 1u << i;
-    t->failed = t->failed || se.object == NULL || se.failed;
+    struct taker again = { taker_member(t, "repeat_se"), false };
+    take_skin(&again, r->repeat_se);
+    t->failed = t->failed || se.object == NULL || se.failed || again.failed;
 }
 
 /* What was asked: a size of noise that was found out is found out again. */

@@ -6,7 +6,7 @@ hold the truth as often as they say."""
 import math
 import random
 
-from support import NM, PAPER, TWO_LAYER, Case, build_table, main, run, spectra_csv
+from support import EXAMPLES, NM, PAPER, TWO_LAYER, Case, build_table, main, run, spectra_csv
 
 THREE = ("Cm", "Bm", "Ch")
 # Well inside the ranges, where all three show.
@@ -205,6 +205,51 @@ class Refined(Case):
             self.assertNotEqual(row["row_2"], row["row"])
 
 
+class Skin(Case):
+    """The fit for measured skin.  How well it does on people: make accuracy, docs/inversion.md."""
+
+    MEMBERS = ("Cm", "Bm", "Ch", "SO2", "epidermis_mm", "scattering")
+
+    def skin(self, *options):
+        return self.run_ok("match", EXAMPLES, "--refine=skin", *options, "--json").json()
+
+    def test_all_its_parameters_are_told(self):
+        for got in self.skin():
+            self.assertEqual(got["refine"], "skin")
+            for name in self.MEMBERS:
+                self.assertIn(name, got)
+            free = ["Ch", "Cm", "SO2", "scattering"]
+            self.assertEqual((sorted(got["se"]), sorted(got["interval"])), (free, free))
+            for name in ("a", "b"):
+                low, high = got["interval"]["scattering"][name]
+                self.assertTrue(low <= got["scattering"][name] <= high, got)
+                self.assertGreater(got["se"]["scattering"][name], 0)
+                self.assertLessEqual(got["repeat_se"]["scattering"][name], 1.001 * got["se"]["scattering"][name])
+            self.assertEqual((got["Bm"], got["epidermis_mm"]), (0.25, 0.08))
+            self.assertTrue(0 <= got["SO2"] <= 1)
+
+    def test_freeing_more_fits_better(self):
+        three = self.run_ok("match", EXAMPLES, "--refine", "--fix", "Bm=0.25", "--json").json()
+        for skin, other in zip(self.skin("--noise", "0.001"), three):
+            self.assertLess(skin["rms"], other["rms"])
+            self.assertEqual(skin["noise"], {"white": 0.001, "placement": 0, "from": "stated"})
+
+    def test_what_is_fixed(self):
+        for got in self.skin("--fix", "scattering_b=1.25", "--fix", "SO2=0.5", "--fix", "Bm=0.75"):
+            self.assertEqual((got["scattering"]["b"], got["SO2"], got["Bm"]), (1.25, 0.5, 0.75))
+            self.assertEqual(got["fixed"], {"Bm": 0.75, "SO2": 0.5, "scattering_b": 1.25})
+            self.assertEqual((sorted(got["se"]), list(got["se"]["scattering"])), (["Ch", "Cm", "scattering"], ["a"]))
+
+    def test_csv(self):
+        rows = self.run_ok("match", EXAMPLES, "--refine=skin").rows()
+        for row, one in zip(rows, self.skin()):
+            for name, value in (("SO2", one["SO2"]), ("epidermis_mm", 0.08), ("scattering_a", one["scattering"]["a"]),
+                                ("scattering_b_lo", one["interval"]["scattering"]["b"][0]),
+                                ("Ch_se", one["se"]["Ch"])):  # fmt: skip
+                self.assertClose(float(row[name]), value, relative=1e-8, what=name)
+            self.assertEqual((row["Bm_se"], row["epidermis_mm_hi"]), ("", ""))
+
+
 class Refusals(Case):
     def match(self, *options, values=None, table=TWO_LAYER, status=2, says=()):
         file = self.file(csv_of([values or [0.3] * 31]))
@@ -215,7 +260,7 @@ class Refusals(Case):
             (("--noise", "0.001"), "--noise goes with --refine"),
             (("--placement", "0.001"), "--placement goes with --refine"),
             (("--fix", "Bm=0"), "--fix goes with --refine"),
-            (("--refine=four",), "expected three"),
+            (("--refine=four",), "neither three nor skin"),
             (("--refine", "--noise", "0"), "outside"),
             (("--refine", "--noise", "-0.1"), "outside"),
             (("--refine", "--noise", "nan"), "not a number"),
@@ -237,6 +282,7 @@ class Refusals(Case):
 
     def test_a_table_of_a_model_that_cannot(self):
         self.match("--refine", table=PAPER, says=("paper", "model"))
+        self.match("--refine=skin", table=PAPER, says="paper")
 
     def test_missing_bands_refuse_the_row(self):
         rows = [([1, "sce"], [0.3] * 31), ([2, "sce"], [0.3] * 30 + [""])]

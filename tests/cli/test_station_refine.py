@@ -53,6 +53,17 @@ class Refined(StationCase):
         self.assertIn("the same to the last bit", again)
         self.assertEqual(again.count(f"  skin     {shown(match)}\n"), 2)
 
+    def test_measured_skin(self):
+        out = self.done("measure", "--refine=skin").out
+        match = self.done("history", "--limit", 1, "--json").json()[0]["match"]
+        scattering = {"scattering a": match["scattering"]["a"], "b": match["scattering"]["b"]}
+        pairs = {"scattering a": match["interval"]["scattering"]["a"], "b": match["interval"]["scattering"]["b"]}
+        told = {**match, **scattering, "interval": {**match["interval"], **pairs}}
+        self.assertIn(f"  skin     {interval(match, 'Cm', 4)}  Bm 0.25  {interval(match, 'Ch', 4)}\n", out)
+        self.assertIn(f"           {interval(match, 'SO2', 2)}  epidermis 0.080 mm  {interval(told, 'scattering a', 2)} "
+                      f"/mm  {interval(told, 'b', 2)}\n", out)  # fmt: skip
+        self.assertIn("a band, the skin differs between placements (replicates)\n", out)
+
     def test_what_cannot_be_told_is_said_in_words(self):
         with self.client() as c:
             got = c.call("match.spectrum", spectrum={**SPECTRUM, "values": [0.5] * 31}, specular="sce", store=True,

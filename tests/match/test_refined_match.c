@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "match/skin_fit.h"
 #include "unity.h"
 
 void setUp(void)
@@ -29,6 +30,7 @@ static void test_names(void)
     }
     enum refine_kind kind = REFINE_THREE;
     TEST_ASSERT_EQUAL_STRING("three", refine_kind_name(REFINE_THREE));
+    TEST_ASSERT_EQUAL_STRING("skin", refine_kind_name(REFINE_SKIN));
     TEST_ASSERT_EQUAL_STRING("", refine_kind_name(REFINE_NOT));
     TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, refine_kind_parse("", &kind));
     TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, refine_kind_parse("Three", &kind));
@@ -97,7 +99,7 @@ static void test_the_light_is_the_table_s(void)
     TEST_ASSERT_EQUAL_INT(OBSERVER_2DEG, fit.observer);
 }
 
-/* Two shots 0.02 apart: their placement is not the population's. */
+/* Two shots 0.06 apart: their placement is not the population's. */
 static void test_noise(void)
 {
     static const struct {
@@ -119,7 +121,7 @@ static void test_noise(void)
     for (size_t r = 0; r < 2; r++) {
         shots[r] = (struct spectrum){ .first_nm = 400, .step_nm = 10, .n = 31 };
         for (size_t i = 0; i < 31; i++)
-            shots[r].value[i] = 0.3 + 0.02 * (double)r;
+            shots[r].value[i] = 0.3 + 0.06 * (double)r;
     }
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct refine_wish wish = refine_wish_none();
@@ -137,6 +139,40 @@ static void test_noise(void)
         else
             TEST_ASSERT_EQUAL_DOUBLE(cases[i].expect_placement, noise.placement);
     }
+}
+
+/* The skin itself differs from placement to placement, unless noise is stated: then that is all
+ * there is of it. */
+static void test_noise_of_measured_skin(void)
+{
+    static struct spectrum shots[2] = { { .first_nm = 400, .step_nm = 10, .n = 31 },
+                                        { .first_nm = 400, .step_nm = 10, .n = 31 } };
+    struct recipe recipe = recipe_of("two-layer");
+    struct refine_wish wish = refine_wish_none();
+    enum noise_source source = NOISE_STATED;
+    struct noise noise;
+    struct fit fit;
+    wish.kind = REFINE_SKIN;
+    for (size_t n = 1; n <= 2; n++) {
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, refine_wish_noise(&wish, shots, n, &noise, &source));
+        TEST_ASSERT_EQUAL_INT(n == 1 ? NOISE_POPULATION : NOISE_REPLICATES, source);
+        TEST_ASSERT_EQUAL_DOUBLE(SKIN_FIT_WHITE, noise.white);
+        TEST_ASSERT_EQUAL_DOUBLE(0, noise.placement);
+    }
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, refine_wish_fit(&wish, &recipe, &fit, NULL));
+    TEST_ASSERT_EQUAL_DOUBLE(SKIN_FIT_CM_SPREAD, fit.role[SKIN_CM].spread);
+    wish.fix[SKIN_SCATTERING_B] = 1.25;
+    wish.white = 0.001;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, refine_wish_fit(&wish, &recipe, &fit, NULL));
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+        TEST_ASSERT_EQUAL_DOUBLE(0, fit.role[i].spread);
+    TEST_ASSERT_TRUE(!fit.role[SKIN_SCATTERING_B].free &&
+                     fit.role[SKIN_SCATTERING_B].value == 1.25);
+    wish.fix[SKIN_SCATTERING_B] = 5.5;
+    TEST_ASSERT_EQUAL_INT(STATUS_RANGE, refine_wish_fit(&wish, &recipe, &fit, NULL));
+    recipe = recipe_of("paper");
+    wish.fix[SKIN_SCATTERING_B] = NAN;
+    TEST_ASSERT_EQUAL_INT(STATUS_UNSUPPORTED, refine_wish_fit(&wish, &recipe, &fit, NULL));
 }
 
 static void test_noise_that_cannot_be(void)
@@ -161,6 +197,7 @@ int main(void)
     RUN_TEST(test_what_is_fixed);
     RUN_TEST(test_the_light_is_the_table_s);
     RUN_TEST(test_noise);
+    RUN_TEST(test_noise_of_measured_skin);
     RUN_TEST(test_noise_that_cannot_be);
     return UNITY_END();
 }

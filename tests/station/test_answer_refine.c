@@ -197,15 +197,20 @@ static void test_recomputed_is_the_same(void)
         const char *what;
         size_t shots;
         double white, placement, Bm;
+        enum refine_kind kind;
     } cases[] = {
-        { "replicates", 5, NAN, NAN, NAN },
-        { "population", 1, NAN, NAN, NAN },
-        { "noise stated", 3, 1e-3, NAN, NAN },
-        { "placement stated", 3, NAN, 0.01 / 3, NAN },
-        { "both, and Bm held", 3, 7e-4, 0.003, 1.0 / 3 },
+        { "replicates", 5, NAN, NAN, NAN, REFINE_THREE },
+        { "population", 1, NAN, NAN, NAN, REFINE_THREE },
+        { "noise stated", 3, 1e-3, NAN, NAN, REFINE_THREE },
+        { "placement stated", 3, NAN, 0.01 / 3, NAN, REFINE_THREE },
+        { "both, and Bm held", 3, 7e-4, 0.003, 1.0 / 3, REFINE_THREE },
+        { "skin", 3, NAN, NAN, NAN, REFINE_SKIN },
+        { "skin, one shot", 1, NAN, NAN, 0.0, REFINE_SKIN },
+        { "skin, noise stated", 3, 1e-3, 0.01 / 3, NAN, REFINE_SKIN },
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         take_shots(cases[i].shots);
+        wish.kind = cases[i].kind;
         wish.white = cases[i].white;
         wish.placement = cases[i].placement;
         wish.fix[SKIN_BM] = cases[i].Bm;

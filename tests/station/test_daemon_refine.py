@@ -37,6 +37,8 @@ class Matching(Case):
             (("--placement", "0.01"), {"placement": 0.01}),
             (("--noise", "0.002", "--fix", "Bm=0.25", "--k", "5"), {"noise": 0.002, "fix": {"Bm": 0.25}, "k": 5}),
             (("--by", "rgb"), {"by": "rgb"}),
+            (("--refine=skin",), {"refine": "skin"}),
+            (("--refine=skin", "--fix", "scattering_b=1.5"), {"refine": "skin", "fix": {"scattering_b": 1.5}}),
         ):
             done = run("match", EXAMPLES, "--table", TWO_LAYER, "--refine", "--json", *options)
             self.assertEqual(done.status, 0, done.err)
@@ -62,6 +64,8 @@ class Matching(Case):
         self.assertEqual((again["stored"], again["recomputed"]), (stored, stored))
         with self.refused("uuid_reused"):
             self.match(c, spectrum, **{**asked, "noise": 0.002})
+        with self.refused("uuid_reused"):
+            self.match(c, spectrum, **{**asked, "refine": "skin"})
         # In the file: the nearest row as ever, and the refined match beside it.
         db = sqlite3.connect(f"file:{self.daemon.state}/station.db?mode=ro", uri=True)
         result, refined = db.execute("SELECT result, refined FROM match WHERE measurement = ?", (place["seq"],)).fetchone()
@@ -133,6 +137,16 @@ class Measuring(Case):
         self.assertTrue(c.call("record.recompute", id=record["id"])["same_bits"])
         with self.refused("uuid_reused"):
             c.measure(lease, **{**asked, "noise": 0.0008})
+
+    def test_measured_skin(self):
+        c, lease = self.ready()
+        record = c.measure(lease, replicates=3, refine="skin")
+        match = record["match"]
+        self.assertEqual((match["refine"], match["noise"]["from"]), ("skin", "replicates"))
+        self.assertEqual(sorted(match["scattering"]), ["a", "b"])
+        self.assertTrue(0 <= match["SO2"] <= 1)
+        again = c.call("record.recompute", id=record["id"])
+        self.assertEqual((again["same_bits"], again["stored"]), (True, match))
 
     def test_sci_less_its_surface(self):
         c, lease = self.ready()

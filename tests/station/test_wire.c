@@ -289,6 +289,7 @@ static struct refined_match some_refined(enum refine_kind kind)
         double x = 0.125 * (double)(i + 1);
         r->value[i] = x;
         r->se[i] = x / 64;
+        r->repeat_se[i] = x / 96;
         r->lo[i] = x / 2;
         r->hi[i] = 2 * x;
         r->second[i] = x / 3;
@@ -331,6 +332,7 @@ static void check_parameter(const struct refined *r, const struct refined *back,
     if (!free)
         return;
     TEST_ASSERT_EQUAL_DOUBLE(r->se[i], back->se[i]);
+    TEST_ASSERT_EQUAL_DOUBLE(r->repeat_se[i], back->repeat_se[i]);
     TEST_ASSERT_EQUAL_DOUBLE(r->lo[i], back->lo[i]);
     TEST_ASSERT_EQUAL_DOUBLE(r->hi[i], back->hi[i]);
 }
