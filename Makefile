@@ -167,8 +167,9 @@ $(BUILD)/bench/drivers: $(BUILD)/obj/tests/bench/drivers.o \
 
 stability: need-stability $(BUILD)/stability/stability ## every function of optics, colour and match over extreme inputs, against MPFR
 	@$(BUILD)/stability/stability
+	@MAKE='$(MAKE) --no-print-directory' BUILD=$(BUILD) tools/compare-levels -O0 -O2 -O3 '-O3 -march=native'
 
-$(BUILD)/stability/stability: $(call objects,$(stability_c)) $(lib_a)
+$(BUILD)/stability/stability: $(call objects,$(stability_c) tests/support/figures.c) $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(WIDE_LIBS) -lm
 
@@ -331,7 +332,8 @@ $(BUILD)/tests/%_umockdev: PRELOAD = -Wl,--no-as-needed -lumockdev-preload -Wl,-
 $(BUILD)/tests/%_umockdev: MOCKS_LIBS = $(shell pkg-config --libs $(MOCKS))
 $(filter %_umockdev,$(tests)): $(call objects,$(filter-out %/host.c,$(mock_c)))
 $(BUILD)/tests/stability/test_stability: $(call objects,$(filter-out %/main.c,$(stability_c)))
-$(BUILD)/tests/stability/test_stability: MOCKS_LIBS = $(WIDE_LIBS)
+# The library once more: the studies stand behind it.
+$(BUILD)/tests/stability/test_stability: MOCKS_LIBS = $(lib_a) $(WIDE_LIBS)
 used_by_tests = $(call objects,$(support_c)) $(BUILD)/obj/unity.o \
         $(call not_main,$(cli_o) $(station_o)) $(json_o) $(db_o) $(drivers_o) $(lib_a)
 link_test = mkdir -p $(@D) && $(CC) $(ALL_CFLAGS) $(PRELOAD) $(LINK) $^ -o $@ \

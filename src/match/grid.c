@@ -84,9 +84,12 @@ double axis_value(const struct axis *axis, size_t i)
         return axis->lo + 0.0;
     if (i == axis->n - 1)
         return axis->hi + 0.0;
-    double f = (double)i / (double)(axis->n - 1);
-    if (axis->log)
-        return axis->lo * pow(axis->hi / axis->lo, f);
+    double steps = (double)(axis->n - 1), f = (double)i / steps;
+    if (axis->log) {
+        /* What f was rounded by, times the logarithm, is seen where the axis spans decades. */
+        double ratio = axis->hi / axis->lo, rest = fma(-f, steps, (double)i) / steps;
+        return axis->lo * pow(ratio, f) * (1.0 + rest * log(ratio));
+    }
     return axis->lo + f * (axis->hi - axis->lo);
 }
 

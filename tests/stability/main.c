@@ -5,10 +5,11 @@
  *   stability --outputs FILE     our outputs over all cases, for --compare
  *   stability --compare A B      two builds' outputs: the largest difference of each study */
 #include <math.h>
-#include <stdio.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "tests/stability/exact_transport.h"
 #include "tests/stability/rooms.h"
 
 static void show(const struct study *s, const struct verdict *v)
@@ -32,29 +33,142 @@ static bool wanted(const char *room, int n, char **names)
     return n == 0;
 }
 
+/* Counts what is met and what is not. */
+struct count {
+    size_t met, missed;
+};
+
+static void count(struct count *c, bool met)
+{
+    c->met += met ? 1 : 0;
+    c->missed += met ? 0 : 1;
+}
+
+static void run_room(const struct study_room *room, FILE *misses, struct count *c)
+{
+    printf("%s\n", room->name);
+    for (size_t j = 0; j < room->n; j++) {
+        struct verdict v = study_run(&room->studies[j], 1, misses);
+        show(&room->studies[j], &v);
+        count(c, v.met);
+    }
+}
+
+static void run_transport(const char *name, struct count *c)
+{
+    static const int streams[] = { 4, 8, 16, 32 };
+    printf("%s\n  %-30s %7s %10s %10s %5s\n", name, "", "cases", "R, rel.", "slopes", "bar");
+    for (size_t i = 0; i < sizeof streams / sizeof *streams; i++) {
+        struct exact_transport v;
+        bool met = exact_transport(streams[i], &v) && v.R <= EXACT_TRANSPORT_BAR &&
+                   v.slopes <= EXACT_TRANSPORT_BAR;
+        printf("  transport-%-20d %7zu %10.3g %10.3g %5g  %s\n", streams[i], v.cases, v.R, v.slopes,
+               EXACT_TRANSPORT_BAR, met ? "met" : "NOT MET");
+        count(c, met);
+    }
+}
+
 static int run_all(int n, char **names, FILE *misses)
 {
-    size_t met = 0, missed = 0;
+    static const char transport[] = "streams (optics/transport), against their own equations";
+    struct count c = { 0 };
     printf("  %-30s %7s %10s %10s %5s\n", "", "cases", "worst ulp", "/condition", "bar");
-    for (size_t i = 0; i < study_room_count; i++) {
-        const struct study_room *room = study_rooms[i];
-        if (!wanted(room->name, n, names))
-            continue;
-        printf("%s\n", room->name);
-        for (size_t j = 0; j < room->n; j++) {
-            struct verdict v = study_run(&room->studies[j], 1, misses);
-            show(&room->studies[j], &v);
-            met += v.met ? 1 : 0;
-            missed += v.met ? 0 : 1;
+    for (size_t i = 0; i < study_room_count; i++)
+        if (wanted(study_rooms[i]->name, n, names))
+            run_room(study_rooms[i], misses, &c);
+    if (wanted(transport, n, names))
+        run_transport(transport, &c);
+    printf("%zu met, %zu not met\n", c.met, c.missed);
+    wide_done();
+    return c.missed > 0;
+}
+
+/* ---- two builds ------------------------------------------------------------------------ */
+
+/* Every study: the number of its outputs, then these. */
+static int write_outputs(const char *path)
+{
+    FILE *file = fopen(path, "wb");
+    bool good = file != NULL;
+    for (size_t i = 0; i < study_room_count && good; i++) {
+        for (size_t j = 0; j < study_rooms[i]->n && good; j++) {
+            uint64_t n;
+            double *all = study_outputs(&study_rooms[i]->studies[j], &n);
+            good = all != NULL && fwrite(&n, sizeof n, 1, file) == 1 &&
+                   fwrite(all, sizeof *all, n, file) == n;
+            free(all);
         }
     }
-    printf("%zu met, %zu not met\n", met, missed);
-    wide_done();
-    return missed > 0;
+    if (file != NULL && fclose(file) != 0)
+        good = false;
+    if (!good)
+        perror(path);
+    return good ? 0 : 1;
+}
+
+static double *read_outputs(FILE *file, uint64_t *n)
+{
+    if (fread(n, sizeof *n, 1, file) != 1)
+        return NULL;
+    double *all = malloc((*n + 1) * sizeof *all);
+    if (all != NULL && fread(all, sizeof *all, *n, file) != *n) {
+        free(all);
+        return NULL;
+    }
+    return all;
+}
+
+/* Doubles between the two, as their bits count them; refusals on both sides are alike. */
+static double steps_between(double a, double b)
+{
+    if (a == b || (isnan(a) && isnan(b)) || (fabs(a) < 1e-300 && fabs(b) < 1e-300))
+        return 0.0;
+    if (!isfinite(a) || !isfinite(b))
+        return INFINITY;
+    int exponent;
+    (void)frexp(fmax(fabs(a), fabs(b)), &exponent);
+    return fabs(a - b) / ldexp(1.0, exponent - 53);
+}
+
+static int compare(const char *path_a, const char *path_b)
+{
+    FILE *a = fopen(path_a, "rb"), *b = fopen(path_b, "rb");
+    double worst = 0.0;
+    size_t total = 0;
+    bool good = a != NULL && b != NULL;
+    for (size_t i = 0; i < study_room_count && good; i++) {
+        for (size_t j = 0; j < study_rooms[i]->n && good; j++) {
+            uint64_t n = 0, m = 0;
+            double most = 0.0, *x = read_outputs(a, &n), *y = read_outputs(b, &m);
+            good = x != NULL && y != NULL && n == m;
+            for (size_t k = 0; good && k < n; k++)
+                most = fmax(most, steps_between(x[k], y[k]));
+            if (most > 0.0)
+                printf("  %s: %g ulp\n", study_rooms[i]->studies[j].name, most);
+            worst = fmax(worst, most);
+            total += n;
+            free(x);
+            free(y);
+        }
+    }
+    if (a != NULL)
+        (void)fclose(a);
+    if (b != NULL)
+        (void)fclose(b);
+    if (!good) {
+        fprintf(stderr, "stability: %s and %s do not hold the same studies\n", path_a, path_b);
+        return 1;
+    }
+    printf("  %s, %s: %zu numbers, largest difference %g ulp\n", path_a, path_b, total, worst);
+    return worst > 0.0;
 }
 
 int main(int argc, char **argv)
 {
+    if (argc == 3 && strcmp(argv[1], "--outputs") == 0)
+        return write_outputs(argv[2]);
+    if (argc == 4 && strcmp(argv[1], "--compare") == 0)
+        return compare(argv[2], argv[3]);
     if (argc > 1 && strcmp(argv[1], "--misses") == 0)
         return run_all(argc - 2, argv + 2, stderr);
     return run_all(argc - 1, argv + 1, NULL);

@@ -223,7 +223,7 @@ struct verdict study_run(const struct study *s, size_t every, FILE *misses)
     return v;
 }
 
-double *study_outputs(const struct study *s, size_t *n)
+double *study_outputs(const struct study *s, uint64_t *n)
 {
     struct cases c = cases_of(s);
     size_t outputs = study_output_count(s);

@@ -12,6 +12,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
 
 #include "tests/stability/wide.h"
@@ -68,7 +69,7 @@ struct verdict study_run(const struct study *s, size_t every, FILE *misses);
 void study_print_case(const struct study *s, const double *x, FILE *to);
 
 /* Our outputs alone, case after case, NAN where refused: what builds are compared by. */
-double *study_outputs(const struct study *s, size_t *n);
+double *study_outputs(const struct study *s, uint64_t *n);
 
 size_t study_input_count(const struct study *s);
 size_t study_output_count(const struct study *s);

@@ -3,6 +3,7 @@
 
 #include "optics/dipole.h"
 #include "optics/half_space.h"
+#include "optics/kubelka_munk.h"
 #include "optics/two_layer.h"
 #include "tests/stability/extremes.h"
 #include "tests/stability/rooms.h"
@@ -30,6 +31,21 @@ static bool two_layer_slopes_ours(const double *x, double *y)
     struct medium m = medium_of(own);
     struct slopes dR = { y, y + 2, y + 1, y + 3, y + 4 };
     return two_layer_slopes(&m, &R, &dR) == STATUS_OK;
+}
+
+static bool kubelka_munk_ours(const double *x, double *y)
+{
+    double own[6] = { x[0], x[1], x[2], x[3], x[4], x[5] };
+    struct medium m = medium_of(own);
+    return kubelka_munk_reflectance(&m, y) == STATUS_OK;
+}
+
+static bool kubelka_munk_slopes_ours(const double *x, double *y)
+{
+    double own[6] = { x[0], x[1], x[2], x[3], x[4], x[5] }, R;
+    struct medium m = medium_of(own);
+    struct slopes dR = { y, y + 2, y + 1, y + 3, y + 4 };
+    return kubelka_munk_slopes(&m, &R, &dR) == STATUS_OK;
 }
 
 /* x: sigma_a1, sigma_a2, sigma_s1', eta. */
@@ -61,11 +77,6 @@ static void two_layer_twin(const wide *x, wide *y)
     y[0] = twin_two_layer(x);
 }
 
-static wide two_layer_R(const wide *x)
-{
-    return twin_two_layer(x);
-}
-
 static wide half_space_R(const wide *x)
 {
     wide entering = w_sub(w_int(1), twin_Rs(x[3]));
@@ -92,18 +103,31 @@ static void half_space_slopes_twin(const wide *x, wide *y)
     y[2] = w_int(0);
 }
 
+static void layers_slopes(twin_of_one *R, const wide *x, wide *y)
+{
+    /* R is smooth in the epidermis's absorption: next to nothing is as good as 0. */
+    bool clear = w_less(x[0], w_mul(x[1], w_two_to(-200)));
+    y[0] = clear ? twin_slope_from_0(R, x, 6, 0, x[1]) : twin_slope(R, x, 6, 0, x[0]);
+    y[1] = twin_slope(R, x, 6, 1, x[1]);
+    y[2] = w_is_zero(x[2]) ? slope_of_root(R, x, 6, 2, x[3]) : twin_slope(R, x, 6, 2, x[2]);
+    y[3] = twin_slope(R, x, 6, 3, x[3]);
+    wide free_path = w_div(w_int(1), w_add(x[0], x[1]));
+    y[4] = twin_slope(R, x, 6, 4, w_is_zero(x[4]) ? free_path : x[4]);
+}
+
 static void two_layer_slopes_twin(const wide *x, wide *y)
 {
-    /* R is smooth there: next to nothing is as good as 0. */
-    bool clear = w_less(x[0], w_mul(x[1], w_two_to(-200)));
-    y[0] = clear ? twin_slope_from_0(two_layer_R, x, 6, 0, x[1])
-                 : twin_slope(two_layer_R, x, 6, 0, x[0]);
-    y[1] = twin_slope(two_layer_R, x, 6, 1, x[1]);
-    y[2] = w_is_zero(x[2]) ? slope_of_root(two_layer_R, x, 6, 2, x[3])
-                           : twin_slope(two_layer_R, x, 6, 2, x[2]);
-    y[3] = twin_slope(two_layer_R, x, 6, 3, x[3]);
-    wide free_path = w_div(w_int(1), w_add(x[0], x[1]));
-    y[4] = twin_slope(two_layer_R, x, 6, 4, w_is_zero(x[4]) ? free_path : x[4]);
+    layers_slopes(twin_two_layer, x, y);
+}
+
+static void kubelka_munk_twin(const wide *x, wide *y)
+{
+    y[0] = twin_kubelka_munk(x);
+}
+
+static void kubelka_munk_slopes_twin(const wide *x, wide *y)
+{
+    layers_slopes(twin_kubelka_munk, x, y);
 }
 
 /* ---- cases ---------------------------------------------------------------------- */
@@ -251,9 +275,27 @@ static const struct study studies[] = {
       two_layer_slopes_twin,
       two_layer_slope_cases,
       NULL },
+    { "kubelka_munk_reflectance",
+      { "sigma_a1", "sigma_s1'", "sigma_a2", "sigma_s2'", "d", "eta" },
+      6,
+      { "R" },
+      64.0,
+      kubelka_munk_ours,
+      kubelka_munk_twin,
+      two_layer_cases,
+      NULL },
+    { "kubelka_munk_slopes",
+      { "sigma_a1", "sigma_s1'", "sigma_a2", "sigma_s2'", "d", "eta" },
+      6,
+      { "by sigma_a1", "by sigma_s1'", "by sigma_a2", "by sigma_s2'", "by d" },
+      64.0,
+      kubelka_munk_slopes_ours,
+      kubelka_munk_slopes_twin,
+      two_layer_slope_cases,
+      NULL },
 };
 
 const struct study_room study_layers = {
-    "models of skin, by band (optics/half_space, optics/two_layer)", studies,
+    "models of skin, by band (optics/half_space, two_layer, kubelka_munk)", studies,
     sizeof studies / sizeof *studies
 };

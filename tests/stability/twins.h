@@ -10,6 +10,7 @@ wide twin_A(wide eta);
 wide twin_Rs(wide eta);
 /* sigma_a1, sigma_s1', sigma_a2, sigma_s2', d, eta -> R, 1-Rs in it */
 wide twin_two_layer(const wide *x);
+wide twin_kubelka_munk(const wide *x);
 wide twin_half_space(wide sigma_a, wide sigma_s_prime, wide eta); /* Eq. 9, without 1-Rs */
 
 /* Eqs. 1-3 and 6, and haemoglobin. */
