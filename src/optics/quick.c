@@ -191,7 +191,7 @@ QUICK_INLINE bool two_layer(const struct quick_job *q, bool slopes, bool all)
         double *restrict row = q->J + (parameter)*q->stride; \
         QUICK_LOOP \
         for (size_t i = 0; i < q->stride; i++) \
-            row[i] = by[i] * (factor); \
+            row[i] = (by)[i] * (factor); \
         for (size_t i = c->n; i < q->stride; i++) \
             row[i] = 0.0; \
     }
