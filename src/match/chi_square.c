@@ -17,8 +17,8 @@ static double term(double a, double x)
 static double lower(double a, double x)
 {
     double sum = 1.0, next = 1.0;
-    for (double i = a + 1.0; next > DBL_EPSILON * sum; i += 1.0) {
-        next *= x / i;
+    for (size_t i = 1; next > DBL_EPSILON * sum; i++) {
+        next *= x / (a + (double)i);
         sum += next;
     }
     return term(a, x) * sum;
@@ -28,14 +28,14 @@ static double lower(double a, double x)
  * Q(0, x) = 0 or Q(1/2, x) = erfc(sqrt x): all terms are positive. */
 static double upper(double a, double x)
 {
-    double sum = 0.0, next = 1.0;
-    for (; a >= 1.0 && next > 0.0; a -= 1.0) {
-        if (sum == 0.0)
-            next = term(a - 1.0, x);
+    double whole = floor(a), sum = 0.0;
+    size_t terms = (size_t)whole;
+    double next = terms > 0 ? term(a - 1.0, x) : 0.0;
+    for (size_t i = 1; i <= terms && next > 0.0; i++) {
         sum += next;
-        next *= (a - 1.0) / x;
+        next *= (a - (double)i) / x;
     }
-    return a == 0.5 ? sum + erfc(sqrt(x)) : sum;
+    return a > whole ? sum + erfc(sqrt(x)) : sum;
 }
 
 double chi_square_above(double value, size_t degrees)

@@ -6,7 +6,7 @@
 
 enum { MAX = LEAST_SQUARES_MAX, TRIANGLE = MAX * (MAX + 1) / 2 };
 
-static size_t at(size_t i, size_t j)
+static size_t packed(size_t i, size_t j)
 {
     return i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i;
 }
@@ -62,7 +62,7 @@ void normal_covariance(const struct normal *normal, size_t n, const double *unse
         memset(column, 0, n * sizeof *column);
         column[i] = 1.0;
         cholesky_solve(L, n, column);
-        if (!(L[at(i, i)] > 0.0))
+        if (!(L[packed(i, i)] > 0.0))
             column[i] = unseen[i];
     }
 }
@@ -143,7 +143,7 @@ static bool let_go(struct step *s)
     for (size_t i = 0; i < s->problem->n; i++) {
         if (!s->held[i] || s->problem->lo[i] == s->problem->hi[i])
             continue;
-        double slope = slope_at(s, i), H = s->normal->curvature[at(i, i)];
+        double slope = slope_at(s, i), H = s->normal->curvature[packed(i, i)];
         bool inwards = s->p[i] <= room_below(s, i) ? slope < 0.0 : slope > 0.0;
         if (inwards && H > 0.0 && slope * slope / H > gain) {
             gain = slope * slope / H;
@@ -183,7 +183,7 @@ static double find_step(struct step *s)
     if (free_step(s)) {
         for (size_t i = 0; i < n; i++)
             gain -= s->p[i] * (s->normal->gradient[i] -
-                               s->damping * s->normal->curvature[at(i, i)] * s->p[i]);
+                               s->damping * s->normal->curvature[packed(i, i)] * s->p[i]);
         return gain;
     }
     for (size_t i = 0; i < n; i++) {
@@ -206,7 +206,7 @@ static bool is_finite(const struct normal *normal, size_t n)
 {
     double sum = normal->chi_square;
     for (size_t i = 0; i < n; i++)
-        sum += normal->gradient[i] + normal->curvature[at(i, i)];
+        sum += normal->gradient[i] + normal->curvature[packed(i, i)];
     return isfinite(sum);
 }
 
@@ -266,19 +266,19 @@ static void last_step(const struct step *step, double *x, struct normal *ret, do
     ret->chi_square -= gain;
 }
 
-enum status least_squares_run(const struct least_squares *problem, double *x, struct normal *ret,
+enum status least_squares_run(const struct least_squares *problem, double *x, struct normal *at,
                               struct least_squares_run *run)
 {
     size_t n = problem->n;
     struct normal second, *trial = &second;
-    struct step step = { .problem = problem, .normal = ret, .x = x };
+    struct step step = { .problem = problem, .normal = at, .x = x };
     bool failed = false, trusted = false; /* the last step kept what it promised */
     int looks = 0;
     *run = (struct least_squares_run){ .evaluations = 1 };
     for (size_t i = 0; i < n; i++)
         x[i] = clamp(x[i], problem->lo[i], problem->hi[i]);
-    problem->evaluate(problem->context, x, ret);
-    if (!is_finite(ret, n))
+    problem->evaluate(problem->context, x, at);
+    if (!is_finite(at, n))
         return STATUS_RANGE;
     for (; run->iterations < problem->steps && !run->converged; run->iterations++) {
         double chi_square = step.normal->chi_square, gain = find_step(&step);
@@ -289,7 +289,7 @@ enum status least_squares_run(const struct least_squares *problem, double *x, st
             continue;
         }
         if (gain < problem->unseen && step.damping == 0.0 && trusted) {
-            last_step(&step, x, ret, gain);
+            last_step(&step, x, at, gain);
             run->converged = true;
             run->iterations++;
             return STATUS_OK;
@@ -302,13 +302,13 @@ enum status least_squares_run(const struct least_squares *problem, double *x, st
         } else {
             const struct normal *left = step.normal;
             step.normal = trial;
-            trial = left == ret ? ret : &second;
+            trial = left == at ? at : &second;
             double share = (chi_square - step.normal->chi_square) / gain;
             trusted = fabs(share - 1.0) < 0.2;
             damp(&step, share);
         }
     }
-    if (step.normal != ret)
-        copy_normal(step.normal, n, ret);
+    if (step.normal != at)
+        copy_normal(step.normal, n, at);
     return STATUS_OK;
 }

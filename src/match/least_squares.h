@@ -46,7 +46,7 @@ struct least_squares_run {
 /* From x[n], clamped into the box, to the minimum; *at is what evaluate() gave there (but see
  * unseen). STATUS_RANGE with x clamped where chi^2 at the start is not finite. */
 enum status least_squares_run(const struct least_squares *problem, double *x, struct normal *at,
-                              struct least_squares_run *ret);
+                              struct least_squares_run *run);
 
 /* The inverse of a curvature into inverse[n][n], as a table of n * n.  Directions that the
  * data do not see at all (pivot lost to rounding) get the variance `unseen`[i] on their
