@@ -40,8 +40,9 @@ extern "C" {
 #include "match/nearest.h"
 #include "match/noise.h"
 #include "match/recipe.h"
-#include "match/refine.h"   /* a spectrum -> the continuous skin, and how sure */
-#include "match/skin_fit.h" /* the fit for measured skin */
+#include "match/refine.h"        /* a spectrum -> the continuous skin, and how sure */
+#include "match/refined_match.h" /* the same from the rows of a table on */
+#include "match/skin_fit.h"      /* the fit for measured skin */
 #include "match/table.h"
 
 #ifdef __cplusplus
