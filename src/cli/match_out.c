@@ -9,7 +9,7 @@
 
 enum { DIGITS = 9, FLAGS_SIZE = 1024 };
 
-/* ---- columns ------------------------------------------------------------------------- */
+/* ---- columns ------------------------------------------------------------------------ */
 
 static void add(struct match_columns *columns, const char *const *names, size_t n)
 {
@@ -69,7 +69,7 @@ void match_columns_init(struct match_columns *columns, enum refine_kind kind, si
     add_ranked(columns, k);
 }
 
-/* ---- fields -------------------------------------------------------------------------- */
+/* ---- fields ------------------------------------------------------------------------- */
 
 /* Tokens into text, a semicolon between. */
 static void add_flags(char *text, size_t size, unsigned flags, const char *(*name)(size_t i),
@@ -162,7 +162,7 @@ void match_out_refined_csv(struct out *out, const struct table *table,
     out_ranked(out, table, hits, nearest->found, k);
 }
 
-/* ---- objects ------------------------------------------------------------------------- */
+/* ---- objects ------------------------------------------------------------------------ */
 
 /* Its numbers are finite: only memory can be wanting. */
 static void move_members(enum status s, cJSON *made, cJSON *object)

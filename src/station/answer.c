@@ -99,7 +99,7 @@ enum status answer_match(struct loaded_table *table, enum match_by by, size_t k,
     return s;
 }
 
-/* ---- refined ------------------------------------------------------------------------- */
+/* ---- refined ------------------------------------------------------------------------ */
 
 /* One replicate as it is fitted: SCE. */
 static enum status settle(const struct store_record *record, struct spectrum *replicate)

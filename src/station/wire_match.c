@@ -80,7 +80,7 @@ enum status wire_match(const struct table *table, const struct match *match,
     return maker_end(&m, ret);
 }
 
-/* ---- the refined skin ---------------------------------------------------------------- */
+/* ---- the refined skin --------------------------------------------------------------- */
 
 enum { THREE = 1 << SKIN_CM | 1 << SKIN_BM | 1 << SKIN_CH, ALL = (1 << SKIN_PARAMETERS) - 1 };
 
@@ -255,7 +255,7 @@ enum status wire_refined_match(const struct table *table, const struct refined_m
     return maker_end(&m, ret);
 }
 
-/* ---- read ---------------------------------------------------------------------------- */
+/* ---- read --------------------------------------------------------------------------- */
 
 static enum match_by get_by(struct taker *t)
 {
