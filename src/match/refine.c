@@ -321,7 +321,8 @@ static bool look_around(const struct refiner *r, struct site *site,
     double fitted[SPECTRUM_MAX_BANDS];
     bool has_second = false;
     for (size_t i = 0; other_start(r, site, starts, n_starts, i, tried.x); i++) {
-        if (descend(m, &tried, &run, fitted) != STATUS_OK || !distinct(m, best, tried.x))
+        if (descend(m, &tried, &run, fitted) != STATUS_OK || !run.converged ||
+            !distinct(m, best, tried.x))
             continue;
         if (tried.normal.chi_square < best->normal.chi_square) {
             *second = *best;

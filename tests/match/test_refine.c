@@ -568,6 +568,45 @@ static void test_bands_that_were_not_measured(void)
     }
 }
 
+/* Scattering left free as well leaves some skins in doubt between two.  What is told as second
+ * is a minimum of its own: a fit from there stays there, and it is the worse one. */
+static void test_a_second_solution_is_one(void)
+{
+    const struct noise noise = noise_white(0.003);
+    struct fit fit = three("half-space");
+    size_t seconds = 0;
+    fit.own_scattering = true;
+    fit.role[SKIN_SCATTERING_A] = (struct skin_role){
+        .free = true, .value = 5.0, .lo = 0.5, .hi = 100.0, .prior_sd = INFINITY
+    };
+    fit.role[SKIN_SCATTERING_B] = (struct skin_role){
+        .free = true, .value = 1.0, .lo = -1.0, .hi = 5.0, .prior_sd = INFINITY
+    };
+    TEST_ASSERT_TRUE(figures_read(noisy[0], &table));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, refiner_open(&fit, 400, 10, BANDS, &refiner, NULL));
+    for (size_t row = 0; row < table.rows; row++) {
+        static struct refined other;
+        struct spectrum s = spectrum_of(&table, row);
+        TEST_ASSERT_EQUAL_INT(
+            STATUS_OK, refiner_run(refiner, &noise, &s, 1, NULL, 0, REFINE_SECOND, &answer, NULL));
+        TEST_ASSERT_EQUAL_INT(answer.has_second, (answer.flags & REFINE_SECOND_SOLUTION) != 0);
+        if (!answer.has_second)
+            continue;
+        seconds++;
+        TEST_ASSERT_EQUAL_INT(STATUS_OK,
+                              refiner_run(refiner, &noise, &s, 1,
+                                          (const double(*)[SKIN_PARAMETERS])answer.second, 1, 0,
+                                          &other, NULL));
+        TEST_ASSERT_TRUE(answer.second_chi_square >= answer.chi_square);
+        TEST_ASSERT_TRUE(answer.second_chi_square - answer.chi_square < 10.83);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, answer.second_chi_square, other.chi_square);
+        for (size_t i = 0; i < 3; i++)
+            TEST_ASSERT_DOUBLE_WITHIN(0.05 * other.se[i], answer.second[i], other.value[i]);
+    }
+    printf("%zu of %zu have a second solution\n", seconds, table.rows);
+    TEST_ASSERT_TRUE(seconds > 0);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -584,5 +623,6 @@ int main(void)
     RUN_TEST(test_a_prior_counts_as_a_measurement);
     RUN_TEST(test_each_replicate_its_own_blood);
     RUN_TEST(test_bands_that_were_not_measured);
+    RUN_TEST(test_a_second_solution_is_one);
     return UNITY_END();
 }
