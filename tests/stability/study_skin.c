@@ -6,6 +6,7 @@
 #include "optics/chromophores.h"
 #include "optics/model.h"
 #include "optics/paper.h"
+#include "optics/quick.h"
 #include "optics/tissue.h"
 #include "tests/stability/extremes.h"
 #include "tests/stability/rooms.h"
@@ -210,6 +211,37 @@ static bool two_layer_slopes_ours(const double *x, double *y)
     return slopes_ours("two-layer", x, y);
 }
 
+/* The vectors' formulas for inversion, where they apply. */
+static bool quick_ours(const char *name, const double *x, double *y)
+{
+    static struct chromophores c;
+    struct tissue t = tissue_at(x);
+    double scratch[QUICK_SCRATCH(1)], R[QUICK_STRIDE(1)], J[TISSUE_PARAMETERS * QUICK_STRIDE(1)];
+    static const enum tissue_parameter order[] = { TISSUE_CM,           TISSUE_BM,
+                                                   TISSUE_CH,           TISSUE_GAMMA,
+                                                   TISSUE_SCATTERING_A, TISSUE_SCATTERING_B,
+                                                   TISSUE_EPIDERMIS_MM };
+    t.epidermis_mm = x[7];
+    t.eta = x[8];
+    if (chromophores_init(x[6], 10.0, 1, &c) != STATUS_OK ||
+        quick_slopes(model_find(name), &t, &c, QUICK_WANT_ALL, scratch, R, J) != STATUS_OK)
+        return false;
+    for (size_t i = 0; i < sizeof order / sizeof *order; i++)
+        y[i] = J[(size_t)order[i] * QUICK_STRIDE(1)];
+    y[7] = R[0];
+    return true;
+}
+
+static bool quick_half_space_ours(const double *x, double *y)
+{
+    return quick_ours("half-space", x, y);
+}
+
+static bool quick_two_layer_ours(const double *x, double *y)
+{
+    return quick_ours("two-layer", x, y);
+}
+
 static wide half_space_R(const wide *x)
 {
     wide y[1];
@@ -243,6 +275,18 @@ static void half_space_slopes_twin(const wide *x, wide *y)
 static void two_layer_slopes_twin(const wide *x, wide *y)
 {
     slopes_twin(two_layer_R, x, y);
+}
+
+static void quick_half_space_twin(const wide *x, wide *y)
+{
+    slopes_twin(half_space_R, x, y);
+    y[7] = half_space_R(x);
+}
+
+static void quick_two_layer_twin(const wide *x, wide *y)
+{
+    slopes_twin(two_layer_R, x, y);
+    y[7] = two_layer_R(x);
 }
 
 static double fraction(struct cases *c)
@@ -296,6 +340,24 @@ static void whole_skins(struct cases *c)
 static void fewer_whole_skins(struct cases *c)
 {
     some_whole_skins(c, 400);
+}
+
+/* What people are like: where the quick formulas are meant for. */
+static void people(struct cases *c)
+{
+    for (int i = 0; i < 300; i++) {
+        double x[13] = { [9] = 1.0, 1.0, 1.0, 1.0 };
+        x[0] = cases_decades(c, -3.0, -0.3);
+        x[1] = dice_between(&c->dice, 0.0, 1.0);
+        x[2] = cases_decades(c, -3.0, -1.0);
+        x[3] = dice_between(&c->dice, 0.0, 1.0);
+        x[4] = i % 2 == 0 ? 0.0 : dice_between(&c->dice, 3.0, 20.0);
+        x[5] = dice_between(&c->dice, 0.0, 3.0);
+        x[6] = dice_between(&c->dice, 380.0, 740.0);
+        x[7] = dice_between(&c->dice, 0.03, 0.15);
+        x[8] = 1.4;
+        cases_add(c, x);
+    }
 }
 
 /* ---- the paper's Table 2 ----------------------------------------------------------- */
@@ -379,6 +441,9 @@ static void paper_skins(struct cases *c)
     }
 }
 
+/* What its header promises is 1e-12 of the derivatives. */
+#define QUICK_BAR (1e-12 / 0x1p-53)
+
 #define SKIN "Cm", "Bm", "Ch", "gamma", "a", "b", "nm"
 static const struct study studies[] = {
     { "sigma_a and sigma_s' of nm",
@@ -452,6 +517,24 @@ static const struct study studies[] = {
       two_layer_slopes_ours,
       two_layer_slopes_twin,
       fewer_whole_skins,
+      NULL },
+    { "quick_slopes half-space",
+      { SKIN, "d", "eta", "f1", "f2", "f3", "f4" },
+      13,
+      { "Cm", "Bm", "Ch", "gamma", "a", "b", "d", "R" },
+      QUICK_BAR,
+      quick_half_space_ours,
+      quick_half_space_twin,
+      people,
+      NULL },
+    { "quick_slopes two-layer",
+      { SKIN, "d", "eta", "f1", "f2", "f3", "f4" },
+      13,
+      { "Cm", "Bm", "Ch", "gamma", "a", "b", "d", "R" },
+      QUICK_BAR,
+      quick_two_layer_ours,
+      quick_two_layer_twin,
+      people,
       NULL },
     { "paper_coefficients",
       { "Cm", "Bm", "Ch", "gamma", "eta" },
