@@ -13,7 +13,7 @@ double pheomelanin_sigma_a(double nm)
 
 double eumelanin_sigma_a(double nm)
 {
-    /* l^-3.33; the double next to -3.33 is six last places of the power off, that to -0.33 half. */
+    /* l^-3.33; the double next to -3.33 alone costs two last places, that next to -0.33 half. */
     return 6.6e10 / (nm * nm * nm) * pow(nm, -0.33);
 }
 
