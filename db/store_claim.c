@@ -14,13 +14,29 @@
 #include "db/sql.h"
 #include "db/store_private.h"
 
+static const char *what_to_do(int error)
+{
+    switch (error) {
+    case ENOENT:
+        return "make the folder, or choose another state folder";
+    case ENOTDIR:
+        return "choose a folder";
+    case ENOSPC:
+    case EDQUOT:
+        return "free some room";
+    default:
+        return "make it writable, or choose another state folder";
+    }
+}
+
 static enum status lock_folder(const char *folder, int *ret)
 {
     char path[STORE_PATH_SIZE];
     int fd = open(store_path(folder, "lock", path), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     if (fd < 0) {
         enum status s = sql_errno_status(errno);
-        log_error("store: cannot write in '%s': %s", folder, strerror(errno));
+        log_error("store: cannot write in '%s': %s; %s", folder, strerror(errno),
+                  what_to_do(errno));
         return s;
     }
     if (flock(fd, LOCK_EX | LOCK_NB) == 0) {

@@ -136,8 +136,11 @@ enum status store_reader_open(const char *state_folder, struct store_reader **re
         return STATUS_NO_MEMORY;
     s = connect_reader(path, aside, &reader->db, &version);
     if (s == STATUS_OK && version != station_version()) {
-        log_error("store: '%s' is of version %d, this program reads version %d", path, version,
-                  station_version());
+        if (version == 0)
+            log_error("store: '%s' is no station's store", path);
+        else
+            log_error("store: '%s' is of version %d, this program reads version %d", path, version,
+                      station_version());
         s = STATUS_VERSION;
     }
     for (size_t i = 0; i < READER_QUERIES && s == STATUS_OK; i++) {

@@ -241,7 +241,9 @@ enum driver_result ooi_tile_read(const char *path, struct ooi_tile_file *ret,
 {
     FILE *stream = fopen(path, "re");
     if (stream == NULL)
-        return refuse_file(path, error, strerror(errno));
+        return driver_fail(error, DRIVER_UNSUPPORTED, NULL,
+                           "%.200s: %s: name the certificate's CSV file, readable for the station",
+                           path, strerror(errno));
     char *text = malloc(OOI_FILE_BYTES + 1);
     if (text == NULL) {
         fclose(stream);

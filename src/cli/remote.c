@@ -37,8 +37,12 @@ enum status remote_send(struct remote *r, enum method method, cJSON *params, int
     struct line line;
     enum status status = protocol_ask(r->last_id + 1, method, params, &line);
     if (status != STATUS_OK) {
-        log_error("%s: %s", method_name(method),
-                  status == STATUS_FORMAT ? "a text is not UTF-8" : status_text(status));
+        if (status == STATUS_RANGE)
+            log_error("%s: a request takes at most %d bytes in all: shorten the texts in it",
+                      method_name(method), PROTOCOL_MAX_REQUEST);
+        else
+            log_error("%s: %s", method_name(method),
+                      status == STATUS_FORMAT ? "a text is not UTF-8" : status_text(status));
         return status;
     }
     line.text[line.n++] = '\n'; /* over the NUL */

@@ -80,9 +80,12 @@ static enum status bind_and_listen(int fd, const struct sockaddr_un *address)
     mode_t before = umask(0177);
     int e = bind(fd, (const struct sockaddr *)address, sizeof *address);
     umask(before);
-    if (e != 0 || listen(fd, BACKLOG) != 0)
-        return failed("listen on", address->sun_path);
-    return STATUS_OK;
+    if (e == 0 && listen(fd, BACKLOG) == 0)
+        return STATUS_OK;
+    log_error("station: cannot listen on '%s': %s; make its folder, writable for this account, or "
+              "name another path with --socket",
+              address->sun_path, strerror(errno));
+    return STATUS_IO;
 }
 
 static enum status make(const char *path, struct listener *ret)

@@ -212,6 +212,7 @@ static bool stop_threads(struct station *station)
 
 void station_close(struct station *station)
 {
+    station->stopping = true; /* also where it was never begun: nothing is unplugged by that */
     bool all_ended = !station->is_open || stop_threads(station);
     if (station->clients != NULL)
         parking_send_away(station); /* while there is somebody to tell */

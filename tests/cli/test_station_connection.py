@@ -273,6 +273,18 @@ class Replies(Case):
             says = "session.open: a text is not UTF-8"
             self.refused(1, "measure", "--socket", fake.socket, "--operator", name, says=says)
 
+    def test_text_that_is_too_long(self):
+        """It is not sent, and what to do is said."""
+
+        def script(peer):
+            peer.notify("hello", HELLO)
+            peer.until_closed()
+
+        with FakeStation(script) as fake:
+            says = "session.open: a request takes at most 65536 bytes in all: shorten the texts in it"
+            options = ("--socket", fake.socket, "--operator", "x" * 100000)
+            self.refused(1, "measure", *options, says=says)
+
 
 class Refusals(Case):
     """Each request of each command refused, and no station at all: status 1, and the reason on

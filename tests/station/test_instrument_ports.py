@@ -242,7 +242,7 @@ class Tiles(Told):
 
     def test_no_file(self):
         said = self.told("ocean_ooi:usb,tile=/nowhere/tile.csv,port_mm=8")
-        self.expect(("/nowhere/tile.csv",), said)
+        self.expect(("/nowhere/tile.csv", "No such file", "name the certificate's"), said)
 
     def test_mended_while_the_station_runs(self):
         """It is read again with each attempt: no restart."""

@@ -45,13 +45,14 @@ class Base(Case):
 
 class State(Base):
     def test_folder_missing(self):
-        self.refuses_to_start(state=self.path("none"), says=self.path("none"))
+        says = [self.path("none"), "make the folder", "choose another"]
+        self.refuses_to_start(state=self.path("none"), says=says)
         self.assertFalse(os.path.exists(self.path("none")))
 
     def test_a_file_in_its_place(self):
         with open(self.path("file"), "w", encoding="ascii") as file:
             file.write("kept")
-        self.refuses_to_start(state=self.path("file"), says=self.path("file"))
+        self.refuses_to_start(state=self.path("file"), says=[self.path("file"), "choose a folder"])
         with open(self.path("file"), encoding="ascii") as file:
             self.assertEqual(file.read(), "kept")
 
@@ -72,7 +73,9 @@ class State(Base):
 
     def test_foreign_store(self):
         state, before = self.store("CREATE TABLE photo(name TEXT)", "INSERT INTO photo VALUES('x')")
-        self.refuses_to_start(state=state, says="station.db")
+        log = self.refuses_to_start(state=state, says=["station.db", "foreign", "move it"])
+        self.assertNotIn("version", log)  # a photo album has none
+        self.assertNotIn("unplugged", log)
         self.assertEqual(self.hash_of(state), before)
         self.assertIn("station.db", os.listdir(state))
 
@@ -184,7 +187,9 @@ class Sockets(Base):
             pass
 
     def test_folder_missing(self):
-        self.refuses_to_start(socket=self.path("none/s"), says=self.path("none"))
+        says = [self.path("none"), "make its folder", "--socket"]
+        log = self.refuses_to_start(socket=self.path("none/s"), says=says)
+        self.assertNotIn("unplugged", log)  # nothing was: it never began
 
     def test_taken_by_a_living_daemon(self):
         with Daemon() as first:
