@@ -44,6 +44,27 @@ class Unplugged(WithInstruments):
     def test_configured_port_many_times(self):
         self.cycles(SP62(self))
 
+    def test_back_before_it_is_missed(self):
+        """Out and in again within 200 ms, at another node where its port may have one: it is not taken
+        for the one that was calibrated."""
+        for kind in EACH:
+            with self.subTest(kind=kind.kind):
+                unit = kind(self)
+                client, lease = self.ready_with(unit)
+                self.wait_for_state(client, unit.name, "ready")
+                began = time.monotonic()
+                unit.unplug()
+                unit.plug(unit.place(7))
+                if not INSTRUMENTED:
+                    self.assertLess(time.monotonic() - began, 0.2)
+                self.assertLess(self.wait_for_state(client, unit.name, "calibration_due"), BACK_S)
+                with self.refused("calibration_due"):
+                    client.measure(lease)
+                unit.calibrate(client, lease)
+                self.assertEqual(client.measure(lease)["seq"], 1)
+                self.assertEqual(list(self.states(client)), [unit.name])
+                self.daemon.stop()
+
     def test_cpu_while_it_is_out(self):
         """Of each; expect: 2 % of two seconds."""
         for kind in EACH:
