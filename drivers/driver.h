@@ -159,6 +159,9 @@ struct driver_reading {
 
 struct instrument; /* each driver's own */
 
+/* How long the reading of a press may be fetched (wait_button()). */
+enum { DRIVER_PRESS_FRESH_MS = 2000 };
+
 /* What discovery may take for an instrument of this driver.  A tty whose USB parent is not
  * named here is never opened unless it was configured by hand. */
 struct driver_match {
@@ -209,7 +212,12 @@ struct driver {
      *
      * A cancel() since the last call ended, or one that came too late for that call to
      * notice, ends this one at once, and is used up by it: whoever wants to end a wait
-     * need not know whether it has begun.  A press is not lost by it. */
+     * need not know whether it has begun.  A press is not lost by it.
+     *
+     * Where the press itself measures, a measure() that follows a wait that saw it come gives its
+     * reading, and there is no second flash.  Not after DRIVER_PRESS_FRESH_MS, nor where anything
+     * but status() was called in between, another wait too: a shot of its own is taken then, or
+     * may be. */
     enum driver_result (*wait_button)(struct instrument *instrument, int timeout_ms, bool *pressed,
                                       struct driver_error *error);
 

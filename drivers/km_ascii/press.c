@@ -8,7 +8,6 @@
 #include "drivers/km_ascii/conversation.h"
 
 enum {
-    FRESH_MS = 2000,
     POLL_MS = 1000,
     BUSY_POLL_MS = 250, /* while the shot of a press is being made */
     OLD_LINES = 64,     /* more is no instrument */
@@ -275,8 +274,8 @@ enum driver_result km_wait_button(struct instrument *in, int timeout_ms, bool *p
 
 bool km_take_press(struct instrument *in, struct km_spectra *ret)
 {
-    bool fresh =
-        in->press.ready && in->press.has_spectra && call_now_ms() - FRESH_MS <= in->press.since_ms;
+    bool fresh = in->press.ready && in->press.has_spectra &&
+                 call_now_ms() - DRIVER_PRESS_FRESH_MS <= in->press.since_ms;
     in->press.ready = false;
     if (fresh)
         *ret = in->press.spectra;

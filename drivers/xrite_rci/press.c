@@ -4,10 +4,6 @@
  * next wait begins.  Every other call ends it with CE. */
 #include "drivers/xrite_rci/conversation.h"
 
-enum {
-    FRESH_MS = 2000,
-};
-
 static void note_press(struct instrument *in, int64_t at_ms)
 {
     in->press.armed = false;
@@ -39,7 +35,8 @@ void rci_forget_press(struct instrument *in)
 
 bool rci_take_press(struct instrument *in)
 {
-    bool fresh = in->press.ready && !in->has_error && call_now_ms() - FRESH_MS <= in->press.at_ms;
+    bool fresh = in->press.ready && !in->has_error &&
+                 call_now_ms() - DRIVER_PRESS_FRESH_MS <= in->press.at_ms;
     in->press.ready = false;
     return fresh;
 }

@@ -75,6 +75,7 @@ static enum driver_result try_to_open(struct unit *u, struct driver_error *error
 static bool come_up(struct unit *u)
 {
     u->connection++;
+    u->press_until_ms = 0;
     u->watches_button = u->identity.has_button && !u->replays;
     pthread_mutex_lock(&u->lock);
     u->down = false; /* before it is told: who hears of it may ask at once */

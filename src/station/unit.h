@@ -4,6 +4,8 @@
  * first, twice as long after each failure, 5 s at most), does what the loop asks for, one
  * job after the other, and in between watches the button and asks for the status: every
  * UNIT_STATUS_MS, but UNIT_SOON_MS after a shot or a failed step and while the flash charges.
+ * After a UNIT_WAIT that was pressed it leaves the instrument alone until the next job has fetched
+ * the reading of that press, DRIVER_PRESS_FRESH_MS at most: a new wait would give it up.
  * Everything it has to say comes back on the loop's thread. */
 #ifndef SKINSPEC_STATION_UNIT_H
 #define SKINSPEC_STATION_UNIT_H

@@ -90,6 +90,8 @@ static enum driver_result do_wait(struct unit *u, struct unit_job *job)
         r = wait_for_press(u, 0, &earlier, &job->error);
     if (r == DRIVER_OK)
         r = wait_for_press(u, until_ms, &job->pressed, &job->error);
+    if (r == DRIVER_OK && job->pressed)
+        u->press_until_ms = clock_monotonic_ms() + DRIVER_PRESS_FRESH_MS;
     return r;
 }
 
@@ -157,6 +159,8 @@ static enum driver_result do_job(struct unit *u, struct unit_job *job, struct dr
         return DRIVER_CANCELLED;
     clear_outputs(job);
     job->connection = u->connection;
+    if (job->command != UNIT_STATUS) /* which keeps a press */
+        u->press_until_ms = 0;
     enum driver_result r = job->result = do_command(u, job);
     *error = job->error;
     end_job(u);
@@ -207,6 +211,14 @@ static void end_idling(struct unit *u)
     pthread_mutex_unlock(&u->lock);
 }
 
+/* When there is something to do but jobs; 0: at once. */
+static int64_t next_ms(const struct unit *u)
+{
+    if (u->press_until_ms > clock_monotonic_ms())
+        return u->press_until_ms;
+    return u->watches_button ? 0 : u->status_at_ms;
+}
+
 /* Until it is pressed, a job comes, or the status is to be asked. */
 static enum driver_result watch_button(struct unit *u, struct driver_error *error)
 {
@@ -229,11 +241,12 @@ void unit_serve(struct unit *u, struct driver_error *error)
 {
     enum driver_result r = DRIVER_OK;
     while (r != DRIVER_GONE && !unit_is(u, &u->closing)) {
-        int64_t left_ms = u->status_at_ms - clock_monotonic_ms();
-        bool looks_only = u->watches_button || left_ms <= 0;
-        struct job *job = job_queue_take(&u->queue, looks_only ? 0 : (int)left_ms, NULL);
+        int64_t left_ms = next_ms(u) - clock_monotonic_ms();
+        struct job *job = job_queue_take(&u->queue, left_ms > 0 ? (int)left_ms : 0, NULL);
         if (job != NULL)
             r = do_job(u, (struct unit_job *)job, error);
+        else if (u->press_until_ms > clock_monotonic_ms())
+            continue; /* nobody has fetched it yet */
         else if (u->status_at_ms <= clock_monotonic_ms())
             r = ask_status(u, error);
         else if (u->watches_button)

@@ -60,8 +60,6 @@ void capture_case_hold(const struct capture_case *c, const struct driver_options
         OK(driver->measure(in, &ret->shot[i], &error));
     wait_for_press(c, in, &ret->pressed);
     OK(driver->measure(in, &ret->press, &error));
-    if (c->press_is_lost && wire.wire != NULL)
-        OK(driver->measure(in, &ret->press, &error));
     if (c->stored)
         OK(driver->stored_read(in, 0, &ret->stored, &error));
     driver->close(in);

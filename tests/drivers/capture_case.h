@@ -18,8 +18,7 @@ struct capture_case {
     const char *path;                /* of the capture */
     void (*cue)(struct cued_wire *); /* what a person does; NULL: nobody */
     bool press;                      /* the button is; else the simulator's operator does it */
-    bool press_is_lost; /* its reading, by the wait that a station begins next: it flashed anew */
-    bool stored;        /* the first stored sample is read at the end */
+    bool stored;                     /* the first stored sample is read at the end */
 };
 
 struct capture_session {

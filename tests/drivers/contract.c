@@ -465,6 +465,50 @@ static void test_cancel_before_a_wait_for_the_button(void)
     EXPECT(DRIVER_OK, driver->wait_button(instrument, 50, &pressed, &error));
 }
 
+static void *press_soon(void *done)
+{
+    sleep_ms(150);
+    *(bool *)done = fixture->act("press") && fixture->act("lightness 30");
+    return NULL;
+}
+
+static double largest_difference(const struct spectrum *a, const struct spectrum *b)
+{
+    double largest = 0.0;
+    for (size_t i = 0; i < a->n; i++)
+        largest = fmax(largest, fabs(a->value[i] - b->value[i]));
+    return largest;
+}
+
+/* One press, one flash, and its spectrum, though another skin lies there by now. */
+static void test_reading_of_a_press(void)
+{
+    pthread_t thread;
+    bool pressed = true, done = false;
+    open_it(CONTRACT_SOUND);
+    if (!identity.has_button || fixture->act == NULL)
+        TEST_IGNORE_MESSAGE("a press makes no shot");
+    calibrate_it();
+    TEST_ASSERT_TRUE(fixture->act("count shots"));
+    EXPECT(DRIVER_OK, driver->measure(instrument, &other, &error));
+    EXPECT(DRIVER_OK, driver->wait_button(instrument, 0, &pressed, &error));
+    TEST_ASSERT_FALSE(pressed);
+    TEST_ASSERT_EQUAL_INT(0, pthread_create(&thread, NULL, press_soon, &done));
+    enum driver_result result = driver->wait_button(instrument, 60000, &pressed, &error);
+    pthread_join(thread, NULL);
+    check_result(__LINE__, DRIVER_OK, result);
+    TEST_ASSERT_TRUE(done && pressed);
+    EXPECT(DRIVER_OK, driver->status(instrument, &(struct driver_status){ .due = { false } },
+                                     &error)); /* it keeps the press */
+    EXPECT(DRIVER_OK, driver->measure(instrument, &reading, &error));
+    check_reading(&reading, 0, 0);
+    TEST_ASSERT_TRUE_MESSAGE(fixture->act("expect shots 2"), "it has flashed again");
+    TEST_ASSERT_TRUE(largest_difference(&other.sce, &reading.sce) < 0.01);
+    EXPECT(DRIVER_OK, driver->measure(instrument, &reading, &error)); /* a shot of its own */
+    TEST_ASSERT_TRUE(fixture->act("expect shots 3"));
+    TEST_ASSERT_TRUE(largest_difference(&other.sce, &reading.sce) > 0.05);
+}
+
 /* A cancellation that finds no call must not lie in wait for the next. */
 static void test_cancel_between_calls_does_nothing(void)
 {
@@ -516,6 +560,7 @@ static const struct contract_test {
     { "a cancelled shot is not the next", test_cancelled_shot_is_not_the_next },
     { "cancel a wait for the button", test_cancel_a_wait_for_the_button },
     { "cancel before a wait for the button", test_cancel_before_a_wait_for_the_button },
+    { "reading of a press", test_reading_of_a_press },
     { "cancel between calls does nothing", test_cancel_between_calls_does_nothing },
     { "silence ends at the deadline", test_silence_ends_at_the_deadline },
 };

@@ -29,6 +29,11 @@ struct contract_fixture {
     /* The wire to what set_up() made; NULL: the address says it. */
     const struct link_source *(*wire)(void);
 
+    /* What happens to the simulator that stands for it, from any thread: "count shots", after which
+     * skin lies there and nobody else presses; "press", "lightness N", "expect shots N"
+     * (tests/sim/handheld.h).  NULL: a press makes no shot. */
+    bool (*act)(const char *action);
+
     /* What the driver allows a shot beside the reply timeout, where the instrument says nothing
      * before it is done; 0 where it acknowledges at once or can be asked meanwhile. */
     int shot_ms;

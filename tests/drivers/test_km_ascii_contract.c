@@ -12,6 +12,11 @@ static const struct link_source *wire_source(void)
     return &wire.source;
 }
 
+static bool act(const char *action)
+{
+    return wire_memory_act(wire.wire, action);
+}
+
 static void disconnect(void)
 {
     wire_memory_free(wire.wire);
@@ -55,11 +60,13 @@ static const struct contract_fixture fixtures[] = {
       .set_up = set_up_cm700d,
       .tear_down = disconnect,
       .wire = wire_source,
+      .act = act,
       .deterministic = true },
     { .driver = &km_ascii_driver,
       .set_up = set_up_cm2600d,
       .tear_down = disconnect,
       .wire = wire_source,
+      .act = act,
       .deterministic = true },
 };
 

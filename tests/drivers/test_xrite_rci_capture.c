@@ -26,7 +26,6 @@ static const struct capture_case sp62 = {
     .options = "delays=0.1,operator_ms=200,serial=007654",
     .path = SP62,
     .cue = place,
-    .press_is_lost = true,
 };
 
 void setUp(void)
@@ -79,7 +78,6 @@ static void test_stored_sample(void)
     struct capture *capture;
     char folder[FOLDER_PATH_SIZE], path[FOLDER_PATH_SIZE];
     stored.options = "delays=0.1,operator_ms=200,serial=007654,samples=1";
-    stored.press_is_lost = false;
     stored.stored = true;
     TEST_ASSERT_TRUE(folder_make(folder));
     stored.path = folder_path(folder, "stored.capture", path);

@@ -101,6 +101,7 @@ void handheld_shoot(struct handheld *h, unsigned averages, handheld_spectra R)
 {
     handheld_spectra s;
     flash(h, averages, s);
+    h->counted++;
     for (int mode = 0; mode < HANDHELD_MODES; mode++)
         for (size_t b = 0; b < h->bands; b++) {
             double zero = h->calibration[h->port].zero[mode][b];
@@ -138,6 +139,12 @@ bool handheld_act(struct handheld *h, const char *action)
         h->battery = (unsigned)x;
         return true;
     }
+    if (strcmp(action, "count shots") == 0) {
+        h->counted = 0;
+        return true;
+    }
+    if (handheld_argument(action, "expect shots", 0, 1000000, &x))
+        return h->counted == x;
     if (strcmp(action, "charge") == 0) {
         h->battery = 0;
         return true;

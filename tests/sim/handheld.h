@@ -33,6 +33,7 @@ struct handheld {
     enum handheld_lamp lamp;
     unsigned battery; /* 0 good, 1 low, 2 too low to measure */
     unsigned shots;
+    long counted; /* shots of what lies there, since "count shots" */
     struct {
         bool zeroed, white[HANDHELD_MODES], user[HANDHELD_MODES];
         double zero[HANDHELD_MODES][HANDHELD_BANDS], full[HANDHELD_MODES][HANDHELD_BANDS];
@@ -59,7 +60,8 @@ void handheld_spectrum_of(const struct handheld *h, enum under_port what, handhe
 double handheld_truth(const struct handheld *h, double nm, bool sci);
 
 /* "place WHAT", "slide 1|2" (1 the small port), "battery 0|1|2", "charge" (battery 0),
- * "lamp ok|weak|dead", "lightness X"; false for any other. */
+ * "lamp ok|weak|dead", "lightness X", "count shots" from 0, whoever triggers them, "expect shots
+ * N"; false for any other. */
 bool handheld_act(struct handheld *h, const char *action);
 
 /* Of a text "name X": its X, where X is min..max; false else. */

@@ -479,7 +479,10 @@ static bool sp62_act(struct sim *s, const char *action, int64_t now_us)
         return faults_add(&s->end.faults, action + 6);
     if (handheld_argument(action, "expect writes", 0, 1000000, &n))
         return n == 0;
-    if (strcmp(action, "press") == 0)
+    if (strcmp(action, "operator leaves") == 0) {
+        s->operator_ms = 0;
+        s->operator_us = INT64_MAX;
+    } else if (strcmp(action, "press") == 0)
         press(s, now_us);
     else if (strcmp(action, "store") == 0)
         return store(s);

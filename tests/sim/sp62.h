@@ -12,7 +12,8 @@
  *                   the button is pressed, after that time; the skin afterwards
  *
  * Actions beside those of handheld.h and faults.h: "press" (what 10XD and 01XD wait for), "store",
- * "forget", "reset", "expect writes N" (nothing here writes factory data: always 0).
+ * "forget", "reset", "operator leaves" (operator_ms=0), "expect writes N" (nothing here writes
+ * factory data: always 0).
  *
  * 10XD: white under the port, press; black, press; then <00>, or <29> where it was not so, or <2A>
  * after 120 s.  01XD: <00> after the press, which measured; <21> after 320 s.

@@ -74,6 +74,27 @@ class Button(WithInstruments):
 
         self.each(test)
 
+    def test_the_reading_is_the_press_s_own(self):
+        """One press, one flash, and that spectrum is what is recorded: the skin that lies there just
+        after is another."""
+
+        def test(unit, c, lease):
+            c.call("events.subscribe", topics=["measurement"])
+            for _ in range(3):
+                unit.act("lightness 65")
+                request, uuid = self.start_measuring(c, lease, replicates=2, pace="prompt")
+                c.event("measurement", "waiting", uuid=uuid)
+                time.sleep(0.5)  # it waits
+                unit.act("count shots")
+                unit.act("press")
+                unit.act("lightness 30")
+                before, pressed = (x["values"] for x in c.wait(request)["replicates"])
+                unit.act("expect shots 1")
+                self.assertLess(max(abs(x - y) for x, y in zip(before, pressed)), 0.01)
+                self.assertNotEqual(before, pressed)
+
+        self.each(test)
+
     def test_twenty_in_a_second(self):
         """Idle: some events, no record, others answered. In a measurement: no more shots than
         asked for, each a new one."""

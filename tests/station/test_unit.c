@@ -211,6 +211,57 @@ static void test_a_wait_counts_presses_from_its_beginning(void)
     TEST_ASSERT_EQUAL_INT(0, heard.buttons);
 }
 
+/* What the press measured is fetched before the button is watched again: a new wait would have
+ * the instrument give it up. */
+static void test_the_reading_of_a_press_comes_first(void)
+{
+    open_fake();
+    struct unit_job *wait = ask(0, UNIT_WAIT);
+    int waits = atomic_load(&fake.waits);
+    fake_press();
+    while (!comes(&done_jobs, 1, 20)) { /* one that was forgotten with those before */
+        TEST_ASSERT_TRUE(atomic_load(&fake.waits) < waits + 20);
+        fake_press();
+    }
+    TEST_ASSERT_TRUE(wait->pressed);
+    waits = atomic_load(&fake.waits);
+    let_pass_ms(100);
+    TEST_ASSERT_EQUAL_INT(DRIVER_OK, get(UNIT_STATUS)->result); /* asked by somebody else */
+    let_pass_ms(100);
+    TEST_ASSERT_EQUAL_INT(waits, atomic_load(&fake.waits));
+    TEST_ASSERT_EQUAL_INT(DRIVER_OK, get(UNIT_MEASURE)->result);
+    TEST_ASSERT_TRUE(reaches(&fake.waits, waits + 1, LONG_MS));
+    fake_press();
+    TEST_ASSERT_TRUE(comes(&heard.buttons, 1, LONG_MS));
+}
+
+/* driver.h: after 2 s its reading is not the press's any more.  Then all is as it was. */
+static void test_a_press_that_nobody_fetches(void)
+{
+    open_fake();
+    (void)ask(0, UNIT_WAIT);
+    TEST_ASSERT_TRUE(reaches(&fake.waits, 2, LONG_MS)); /* or 3: idle, to forget, to wait */
+    let_pass_ms(50);
+    fake_press();
+    TEST_ASSERT_TRUE(comes(&done_jobs, 1, LONG_MS));
+    int64_t pressed_ms = call_now_ms();
+    int waits = atomic_load(&fake.waits);
+    TEST_ASSERT_TRUE(reaches(&fake.waits, waits + 1, 2000 + SLACK_MS));
+    TEST_ASSERT_TRUE(call_now_ms() - pressed_ms >= 1900);
+    fake_press();
+    TEST_ASSERT_TRUE(comes(&heard.buttons, 1, LONG_MS));
+
+    done_jobs = 0; /* and the unit can be closed meanwhile */
+    (void)ask(1, UNIT_WAIT);
+    let_pass_ms(50);
+    fake_press();
+    TEST_ASSERT_TRUE(comes(&done_jobs, 1, LONG_MS));
+    int64_t began_ms = call_now_ms();
+    TEST_ASSERT_TRUE(unit_close(unit, LONG_MS));
+    unit = NULL;
+    TEST_ASSERT_TRUE(call_now_ms() - began_ms <= SLACK_MS);
+}
+
 static void check_wait_ends(const char *what)
 {
     int64_t began_ms = call_now_ms();
@@ -341,6 +392,8 @@ int main(void)
     RUN_TEST(test_gone_after_calibrating);
     RUN_TEST(test_presses_between_jobs_are_events);
     RUN_TEST(test_a_wait_counts_presses_from_its_beginning);
+    RUN_TEST(test_the_reading_of_a_press_comes_first);
+    RUN_TEST(test_a_press_that_nobody_fetches);
     RUN_TEST(test_a_wait_ends_by_time_and_by_cancelling);
     RUN_TEST(test_a_wait_without_a_button);
     RUN_TEST(test_a_button_that_fails);
