@@ -24,12 +24,15 @@
  * A send that failed is its `!` alone: what reached the instrument is not known.  `! cancelled`
  * stands where the call was cancelled.
  *
- * Lines are written whole, by any thread, and are in the file before the call returns: what a
- * crash leaves can be read.  After a line that could not be written no other is, for a hole
- * would be mistaken for what the instrument did. */
+ * Lines are written whole, in the order of the calls, from any thread.  The calls never wait for
+ * the disk: a thread of the capture's own writes, at once, what waits in memory, up to 16 MiB. What
+ * a crash leaves can be read, and lacks what the disk had not taken by then.  After a line that
+ * could not be written, or for which there was no room, no other is, for a hole would be mistaken
+ * for what the instrument did. */
 #ifndef SKINSPEC_DRIVERS_LINK_CAPTURE_H
 #define SKINSPEC_DRIVERS_LINK_CAPTURE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 
@@ -52,7 +55,12 @@ void capture_clock(struct capture *capture, int64_t realtime_s); /* clock */
 void capture_bytes(struct capture *capture, char direction, uint8_t channel, /* > < ~ */
                    const void *bytes, size_t n);
 
-/* STATUS_IO where any line could not be written (disk full): the capture is not whole, which has
+/* Wait until all that was said before is in the file; false: it was not within that time, or the
+ * capture is not whole. */
+bool capture_flush(struct capture *capture, int within_ms);
+
+/* After all that was said has been written, however long that takes.
+ * STATUS_IO where any line could not be written (disk full): the capture is not whole, which has
  * been logged.  Takes NULL. */
 enum status capture_close(struct capture *capture);
 

@@ -99,6 +99,12 @@ void asked_close(struct station *station)
     station->recording = (struct recording){ 0 };
 }
 
+void asked_flush(struct station *station, int within_ms)
+{
+    if (station->recording.capture != NULL)
+        (void)capture_flush(station->recording.capture, within_ms);
+}
+
 /* A note is one line of words: what an instrument says of itself was made plain before. */
 void asked_identity(const struct bench *bench)
 {

@@ -17,8 +17,8 @@
  * Only what reached the instrument is there.  A capture leaves the house: operator, subject, site,
  * ids and times of records are left out.
  *
- * On the loop's thread.  A bench that is not recorded, or a line there is no memory for, is
- * nothing and a line in the log. */
+ * On the loop's thread, which does not wait for the disk.  A bench that is not recorded, or a line
+ * there is no memory for, is nothing and a line in the log. */
 #ifndef SKINSPEC_STATION_ASKED_H
 #define SKINSPEC_STATION_ASKED_H
 
@@ -28,6 +28,7 @@
 /* The capture the settings ask for, in station->recording; its first lines.  Logged. */
 enum status asked_open(struct station *station);
 void asked_close(struct station *station);
+void asked_flush(struct station *station, int within_ms); /* where it cannot be closed */
 
 void asked_identity(const struct bench *bench); /* as notes */
 

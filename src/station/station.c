@@ -8,6 +8,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "base/version.h"
+#include "station/asked.h"
 #include "station/bench.h"
 #include "station/dispatch.h"
 #include "station/parking.h"
@@ -218,8 +219,10 @@ void station_close(struct station *station)
         parking_send_away(station); /* while there is somebody to tell */
     clients_close(station->clients);
     store_claim_release(station->claim);
-    if (!all_ended) /* a thread still uses what follows; the process ends anyway */
+    if (!all_ended) { /* a thread still uses what follows; the process ends anyway */
+        asked_flush(station, STOP_PATIENCE_MS);
         return;
+    }
     seats_close(station);
     for (size_t i = 0; i < station->benches_n; i++)
         bench_close(station->benches[i]);

@@ -16,7 +16,8 @@ import tempfile
 import time
 import unittest
 
-from station_case import StationCase
+from station_case import StationCase  # and where daemon.py is
+from daemon import wait_for
 from support import ROOT, TABLES, Case, environment, build_table, main, run, start
 
 CAPTURES = os.path.join(ROOT, "drivers", "ocean_ooi", "captures")
@@ -123,6 +124,7 @@ class Recording(Recorded):
                 lease = c.acquire()["lease"]
                 c.calibrate(lease)
                 record = c.measure(lease, replicates=3)
+            wait_for("the end of the capture", lambda: "not whole" in daemon.log(), 20)
             log = daemon.log()
         self.assertEqual(record["spectrum"], self.record["spectrum"])
         self.assertEqual(log.count("the capture ends here and is not whole"), 1, log)

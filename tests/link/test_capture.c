@@ -1,13 +1,16 @@
 /* test_capture.c - what is written is read back, and what is no capture is refused by line. */
+#define _DEFAULT_SOURCE /* syscall() */
 #include "drivers/link/capture.h"
 
 #include <pthread.h>
 #include <signal.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -298,6 +301,8 @@ static void test_never_over_a_file(void)
     TEST_ASSERT_EQUAL_INT(STATUS_OK, capture_close(NULL));
 }
 
+enum { PATIENCE_MS = 20000 };
+
 /* A limit on the size of files stands for a full disk. */
 static void test_full_disk_leaves_whole_lines(void)
 {
@@ -308,6 +313,7 @@ static void test_full_disk_leaves_whole_lines(void)
     TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &small));
     for (int i = 0; i < 20; i++)
         capture_call(capture, "a call of some length");
+    TEST_ASSERT_FALSE(capture_flush(capture, PATIENCE_MS));
     TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &before));
     capture_call(capture, "there would be room for this");
     TEST_ASSERT_EQUAL_INT(STATUS_IO, capture_close(capture));
@@ -321,6 +327,99 @@ static void test_full_disk_leaves_whole_lines(void)
     TEST_ASSERT_TRUE(file.n > 2 && file.n < 20);
     capture_free(&file);
 }
+
+/* ---- a disk that takes its time ----------------------------------------------------- */
+
+/* Stands before libc's: the file's writes, which alone hang, begin with a time. */
+static atomic_bool hangs, hung;
+
+ssize_t write(int fd, const void *bytes, size_t n)
+{
+    while (atomic_load(&hangs) && fd > STDERR_FILENO && n > 0) {
+        atomic_store(&hung, true);
+        nanosleep(&(struct timespec){ .tv_nsec = 1000000 }, NULL);
+    }
+    return syscall(SYS_write, fd, bytes, n);
+}
+
+static double now_ms(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec / 1e6;
+}
+
+/* A capture whose disk has just stopped taking anything. */
+static struct capture *create_on_a_disk_that_hangs(void)
+{
+    struct capture *capture = create();
+    atomic_store(&hung, false);
+    atomic_store(&hangs, true);
+    capture_call(capture, "before");
+    while (!atomic_load(&hung))
+        nanosleep(&(struct timespec){ .tv_nsec = 1000000 }, NULL);
+    return capture;
+}
+
+enum { SAID = 2000 };
+
+static void test_nobody_waits_for_the_disk(void)
+{
+    struct capture *capture = create_on_a_disk_that_hangs();
+    double began_ms = now_ms();
+    for (int i = 0; i < SAID / 2; i++) {
+        char what[32];
+        snprintf(what, sizeof what, "n {\"n\":%d}", i);
+        capture_bytes(capture, '>', 0, what, strlen(what));
+        capture_asked(capture, what);
+    }
+    double took_ms = now_ms() - began_ms;
+    printf("a line: %.4f ms, while the disk hangs\n", took_ms / SAID);
+    TEST_ASSERT_TRUE(took_ms < SAID); /* 1 ms each, of which a loaded machine needs a hundredth */
+    TEST_ASSERT_FALSE(capture_flush(capture, 20));
+    atomic_store(&hangs, false);
+    TEST_ASSERT_TRUE(capture_flush(capture, PATIENCE_MS));
+    struct capture_file file = reread(); /* before it is closed */
+    TEST_ASSERT_EQUAL_UINT(2 + SAID, file.n);
+    for (unsigned i = 0; i < SAID; i++) {
+        char what[32];
+        const struct capture_line *line = &file.lines[2 + i];
+        snprintf(what, sizeof what, "n {\"n\":%u}", i / 2);
+        TEST_ASSERT_EQUAL_INT(i % 2 == 0 ? CAPTURE_SENT : CAPTURE_ASKED, line->kind);
+        TEST_ASSERT_EQUAL_MEMORY(what, i % 2 == 0 ? (char *)line->bytes : line->text, strlen(what));
+        TEST_ASSERT_TRUE(line->at_s >= file.lines[1 + i].at_s);
+    }
+    capture_free(&file);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, capture_close(capture));
+    TEST_ASSERT_EQUAL_INT(0, heard_count());
+}
+
+/* expect: capture.h, 16 MiB */
+static void test_a_disk_that_does_not_come_back(void)
+{
+    enum { LONG = 1 << 20, FIT = 15, ALL = 20 };
+    char *what = malloc(LONG + 1);
+    TEST_ASSERT_NOT_NULL(what);
+    memset(what, 'x', LONG);
+    what[LONG] = '\0';
+    struct capture *capture = create_on_a_disk_that_hangs();
+    for (int i = 0; i < ALL; i++) {
+        TEST_ASSERT_EQUAL_INT(i <= FIT ? 0 : 1, heard_count());
+        capture_asked(capture, what);
+    }
+    TEST_ASSERT_TRUE(heard_contains("the disk takes too long"));
+    capture_call(capture, "there would be room for this");
+    atomic_store(&hangs, false);
+    TEST_ASSERT_EQUAL_INT(STATUS_IO, capture_close(capture));
+    TEST_ASSERT_EQUAL_INT(1, heard_count());
+    struct capture_file file = reread(); /* what came before the hole, whole */
+    TEST_ASSERT_EQUAL_UINT(2 + FIT, file.n);
+    TEST_ASSERT_EQUAL_STRING(what, file.lines[1 + FIT].text);
+    capture_free(&file);
+    free(what);
+}
+
+/* ---- threads ------------------------------------------------------------------------ */
 
 enum { THREADS = 4, LINES = 500 };
 
@@ -365,6 +464,8 @@ int main(void)
     RUN_TEST(test_what_a_crash_left);
     RUN_TEST(test_never_over_a_file);
     RUN_TEST(test_full_disk_leaves_whole_lines);
+    RUN_TEST(test_nobody_waits_for_the_disk);
+    RUN_TEST(test_a_disk_that_does_not_come_back);
     RUN_TEST(test_lines_of_threads_are_whole);
     return UNITY_END();
 }
