@@ -117,7 +117,7 @@ static const char *state_name(const struct bench *bench)
         return "opening";
     if (!bench->open)
         return bench->error.result == DRIVER_GONE ? "gone" : "failed";
-    if (bench->run != NULL || bench->at_work)
+    if (bench_is_at_work(bench))
         return "measuring";
     return bench_calibration(bench).good ? "ready" : "calibration_due";
 }
@@ -282,6 +282,11 @@ struct refusal bench_refusal(const struct driver_error *error)
     return refusal;
 }
 
+bool bench_is_at_work(const struct bench *bench)
+{
+    return bench->run != NULL || bench->at_work || bench->restoring;
+}
+
 bool bench_is_free(const struct bench *bench, struct refusal *refusal)
 {
     if (!bench->open && bench->error.text[0] != '\0') {
@@ -292,7 +297,7 @@ bool bench_is_free(const struct bench *bench, struct refusal *refusal)
         refusal_set(refusal, REASON_INSTRUMENT_GONE, "it is still being opened");
         return false;
     }
-    if (bench->run != NULL || bench->at_work) {
+    if (bench_is_at_work(bench)) {
         refusal_set(refusal, REASON_MEASUREMENT_RUNNING, NULL);
         return false;
     }

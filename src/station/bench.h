@@ -47,7 +47,9 @@ struct bench {
     bool was_due[CALIBRATION_STEPS]; /* as told by events */
     bool at_work;                    /* calibrating, measuring a check tile or being configured */
     const char *told_state;          /* by events */
-    struct run *run;                 /* NULL: none */
+    bool restoring;                  /* its unit is being set as `was`, its setup before (seat.c) */
+    struct driver_setup was;
+    struct run *run; /* NULL: none */
 };
 
 /* One more, without a unit.  STATUS_FULL: there are SETTINGS_MAX_INSTRUMENTS (logged). */
@@ -87,6 +89,9 @@ cJSON *bench_named(const struct bench *bench);
 
 /* Tell by events what has changed: state, a calibration that is due. */
 void bench_tell_changes(struct bench *bench);
+
+/* Something runs on it, or it is being set as it was. */
+bool bench_is_at_work(const struct bench *bench);
 
 /* False with *refusal where it is not there, or at work already. */
 bool bench_is_free(const struct bench *bench, struct refusal *refusal);

@@ -150,52 +150,66 @@ static void show_trouble(struct seat *seat)
 
 /* ---- set as it was ------------------------------------------------------------------ */
 
-/* At its bench's former port it was set so; this thread does not know. */
+/* At its bench's former port it was set so; this thread does not know.  What the former one may
+ * still be doing for the bench is not waited for: each thread does its jobs in order, and this is
+ * the first of the new one. */
 struct restoring {
     struct unit_job unit;
     struct bench *bench;
     const struct unit *by; /* to be compared alone: it may have ended since */
 };
 
-static void restored(struct job *job)
+static void note_restored(const struct restoring *restoring)
 {
-    struct restoring *restoring = (struct restoring *)job;
     struct bench *bench = restoring->bench;
-    bench->at_work = false;
     struct seat *seat = seat_of(bench->station, bench);
-    if (seat != NULL && seat->unit == restoring->by)
+    bench->restoring = false;
+    if (seat != NULL)
         seat->unset = restoring->unit.result == DRIVER_GONE;
     switch (restoring->unit.result) {
     case DRIVER_OK:
-        bench->setup = restoring->unit.setup;
+        bench->setup = bench->was;
         if (restoring->unit.status_known)
             bench->status = restoring->unit.status;
         break;
     case DRIVER_GONE: /* when it is back */
-        bench->setup = restoring->unit.setup;
+        bench->setup = bench->was;
         break;
     default:
         log_warning("station: instrument '%s' cannot be set as it was: %s", bench->name,
                     restoring->unit.error.text);
     }
-    free(restoring);
     bench_tell_changes(bench);
+}
+
+static void restored(struct job *job)
+{
+    struct restoring *restoring = (struct restoring *)job;
+    struct bench *bench = restoring->bench;
+    bool is_its_own = bench->unit == restoring->by;
+    bool is_nobodys = bench->unit == NULL && bench->restoring;
+    if (is_nobodys)
+        restoring->unit.result = DRIVER_GONE; /* whatever it was: it has been pulled out since */
+    if (is_its_own || is_nobodys)
+        note_restored(restoring);
+    free(restoring); /* of another unit nothing: the present one was asked itself */
 }
 
 static void restore_setup(struct bench *bench, const struct driver_setup *was)
 {
     struct restoring *restoring = calloc(1, sizeof *restoring);
     bench->setup = (struct driver_setup){ .grid = 0 };
+    bench->restoring = restoring != NULL;
     if (restoring == NULL) {
         log_warning("station: no memory to set instrument '%s' as it was", bench->name);
         return;
     }
+    bench->was = *was;
     restoring->bench = bench;
     restoring->by = bench->unit;
     restoring->unit.job.done = restored;
     restoring->unit.command = UNIT_CONFIGURE;
     restoring->unit.setup = *was;
-    bench->at_work = true;
     bench_ask(bench, &restoring->unit);
 }
 
@@ -221,12 +235,11 @@ static void opened(void *context, const struct driver_identity *identity,
     struct bench *bench = seat->bench;
     if (bench == NULL)
         return;
+    const struct driver_setup was = bench->restoring ? bench->was : bench->setup;
     if (is_new)
-        seat->unset = !is_as_opened(&bench->setup);
-    if (seat->unset && !bench->at_work && bench->run == NULL) {
-        const struct driver_setup was = bench->setup;
+        seat->unset = !is_as_opened(&was);
+    if (seat->unset)
         restore_setup(bench, &was);
-    }
     bench_opened(bench, identity, status, seat->before + connection);
 }
 

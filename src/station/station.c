@@ -169,7 +169,7 @@ void station_stop(struct station *station)
         struct bench *bench = station->benches[i];
         if (bench->run != NULL)
             run_end(bench, bench->run->record->fence, RUN_STOPPING);
-        if (bench->at_work)
+        if (bench->at_work || bench->restoring)
             bench_cancel(bench);
         bench_send_queue_away(bench);
     }
@@ -186,7 +186,7 @@ bool station_is_quiet(struct station *station)
 {
     bool quiet = true;
     for (size_t i = 0; i < station->benches_n; i++)
-        quiet = quiet && station->benches[i]->run == NULL && !station->benches[i]->at_work;
+        quiet = quiet && !bench_is_at_work(station->benches[i]);
     clients_each(station->clients, note_busy, &quiet);
     return quiet;
 }

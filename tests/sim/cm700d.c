@@ -848,6 +848,8 @@ static bool cm700d_act(struct sim *s, const char *action, int64_t now_us)
         return faults_add(&s->end.faults, action + 6);
     if (handheld_argument(action, "expect writes", 0, 1000000, &n))
         return s->writes == n;
+    if (handheld_argument(action, "expect averages", 1, 10, &n))
+        return s->automatic == n;
     if (handheld_argument(action, "recalibrate", 0, 1, &n))
         s->recalibrate = n == 1;
     else if (strcmp(action, "press") == 0)

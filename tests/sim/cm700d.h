@@ -22,7 +22,7 @@
  * Actions beside those of handheld.h and faults.h: "press", "store" (a shot into its memory, as by
  * its own menu), "recalibrate 0|1" (it recommends a white calibration), "clock lost", "sleep",
  * "forget" (all calibrations), "reset", "expect writes N": false where the commands that change
- * factory data or delete samples (CDS UCS CIS SDD SAD) did not come N times.
+ * factory data or delete samples (CDS UCS CIS SDD SAD) did not come N times, "expect averages N".
  *
  * Where the sources say nothing, assumed: an empty line is answered ER00; a zero calibration
  * counts for the port it was made through and makes the white due again; ZRC comes before CAL

@@ -2,14 +2,16 @@
 """test_hotplug.py - instruments that come and go under the running daemon: found by udev, known
 again by serial number, gone at once, and back within a second."""
 
+import contextlib
 import os
+import sqlite3
 import sys
 import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from client import new_uuid  # noqa: E402
-from daemon import INSTRUMENTED, main, wait_for  # noqa: E402
+from daemon import INSTRUMENTED, Refused, main, wait_for  # noqa: E402
 from testbed import OnTestbed  # noqa: E402
 
 CM700D = "operator=1,delays=0"
@@ -119,6 +121,35 @@ class Hotplug(OnTestbed):
         self.wait_for_state(c, name, "calibration_due")
         (one,) = c.call("instrument.list")["instruments"]
         self.assertEqual(one["averages"], 3)
+
+    def test_moved_while_its_record_is_written(self):
+        """The bench is at work for the former port, and the new one is set as it was all the same:
+        nobody would do it later.  Another program holds the store meanwhile."""
+        self.bed.plug("cm700d", "one", "ttyACM0", f"serial=00012345,{CM700D}")
+        c = self.start()
+        name = "km_ascii-00012345"
+        self.wait_for_state(c, name, "calibration_due")
+        lease = c.acquire(name)["lease"]
+        c.call("instrument.configure", lease=lease, averages=3)
+        c.calibrate(lease)
+        c.call("events.subscribe", topics=["instrument", "measurement"])
+        store = os.path.join(self.daemon.state, "station.db")
+        with contextlib.closing(sqlite3.connect(store, timeout=0)) as other:
+            other.execute("BEGIN IMMEDIATE")
+            started = c.send("measure.start", lease=lease, uuid=new_uuid(), specular="sce",
+                             replicates=1, pace="auto")  # fmt: skip
+            c.event("measurement", "shot")
+            self.bed.unplug("one")
+            c.event("instrument", "gone")
+            self.bed.plug("cm700d", "one", "ttyACM4")
+            c.event("instrument", "connected")
+            other.rollback()
+        with contextlib.suppress(Refused):  # where this took longer than the store's patience
+            c.wait(started)
+        self.wait_for_state(c, name, "calibration_due")
+        (one,) = c.call("instrument.list")["instruments"]
+        self.assertEqual(one["averages"], 3)
+        self.bed.act("one", "expect averages 3")
 
     def test_pulled_out_while_it_measures(self):
         self.bed.plug("cm700d", "one", "ttyACM0", "serial=00012345,operator=1")  # takes its time
