@@ -13,58 +13,92 @@ static size_t packed(size_t i, size_t j)
 
 /* ---- small dense algebra ------------------------------------------------------------ */
 
-/* L L^T = A over the n listed rows, ascending, of a packed A whose diagonal grows by damping
- * times itself.  On L's diagonal stands its inverse, for it is only divided by.  A pivot that
- * rounding has eaten is marked by 0: that direction is not seen. */
-static void cholesky(const double *A, const size_t *row, size_t n, double damping, double *L)
+/* Fits of three and of five parameters are the usual ones: for these the loops below are made
+ * anew with constant ends, and come apart into straight lines. */
+#define INLINE static inline __attribute__((always_inline))
+#define UNROLLED _Pragma("GCC unroll 8")
+#define FOR_SIZE(n, call) ((n) == 3 ? call(3) : (n) == 5 ? call(5) : call(n))
+
+/* L D L^T = A, all packed, A's diagonal grown by damping times itself.  L has 1 on its diagonal;
+ * there stands 1/D, for it is only divided by.  A pivot that rounding has eaten is marked by 0:
+ * that direction is not seen. */
+INLINE void factor(const double *A, size_t n, double damping, double *L)
 {
-    double *Li = L;
+    double *Li = L, with_D[MAX];
+    UNROLLED
     for (size_t i = 0; i < n; Li += ++i) {
-        const double *Ai = A + row[i] * (row[i] + 1) / 2, *Lj = L;
-        double whole = Ai[row[i]] * (1.0 + damping), sum = whole;
+        const double *Ai = A + i * (i + 1) / 2, *Lj = L;
+        double whole = Ai[i] * (1.0 + damping), D = whole;
+        UNROLLED
         for (size_t j = 0; j < i; Lj += ++j) {
-            double x = Ai[row[j]];
+            double x = Ai[j];
+            UNROLLED
             for (size_t k = 0; k < j; k++)
-                x -= Li[k] * Lj[k];
+                x -= with_D[k] * Lj[k];
+            with_D[j] = x;
             Li[j] = x * Lj[j];
-            sum -= Li[j] * Li[j];
+            D -= x * Li[j];
         }
-        Li[i] = sum > 1e-14 * whole && sum > 0.0 ? 1.0 / sqrt(sum) : 0.0;
+        Li[i] = D > 1e-14 * whole && D > 0.0 ? 1.0 / D : 0.0;
     }
 }
 
 /* b becomes A^-1 b; 0 along directions that are not seen. */
-static void cholesky_solve(const double *L, size_t n, double *b)
+INLINE void substitute(const double *L, size_t n, double *b)
 {
     const double *Li = L;
-    for (size_t i = 0; i < n; Li += ++i) {
-        for (size_t k = 0; k < i; k++)
-            b[i] -= Li[k] * b[k];
-        b[i] *= Li[i];
-    }
+    UNROLLED
+    for (size_t i = 0; i < n; Li += ++i)
+        UNROLLED
+    for (size_t k = 0; k < i; k++)
+        b[i] -= Li[k] * b[k];
+    UNROLLED
     for (size_t i = n; i-- > 0;) {
         Li -= i + 1;
         b[i] *= Li[i];
+    }
+    UNROLLED
+    for (size_t i = n; i-- > 0;) {
+        Li = L + i * (i + 1) / 2;
+        UNROLLED
         for (size_t k = 0; k < i; k++)
             b[k] -= Li[k] * b[i];
     }
 }
 
-void normal_covariance(const struct normal *normal, size_t n, const double *unseen, double *inverse)
+INLINE void solve_of(const double *A, size_t n, double damping, double *b)
 {
     double L[TRIANGLE];
-    size_t row[MAX] = { 0 };
-    for (size_t i = 0; i < n; i++)
-        row[i] = i;
-    cholesky(normal->curvature, row, n, 0.0, L);
+    factor(A, n, damping, L);
+    substitute(L, n, b);
+}
+
+static void solve(const double *A, size_t n, double damping, double *b)
+{
+#define CALL(size) solve_of(A, size, damping, b)
+    FOR_SIZE(n, CALL);
+#undef CALL
+}
+
+INLINE void invert_of(const double *A, size_t n, const double *unseen, double *inverse)
+{
+    double L[TRIANGLE];
+    factor(A, n, 0.0, L);
     for (size_t i = 0; i < n; i++) {
         double *column = inverse + i * n;
-        memset(column, 0, n * sizeof *column);
-        column[i] = 1.0;
-        cholesky_solve(L, n, column);
+        for (size_t k = 0; k < n; k++)
+            column[k] = k == i ? 1.0 : 0.0;
+        substitute(L, n, column);
         if (!(L[packed(i, i)] > 0.0))
             column[i] = unseen[i];
     }
+}
+
+void normal_covariance(const struct normal *normal, size_t n, const double *unseen, double *inverse)
+{
+#define CALL(size) invert_of(normal->curvature, size, unseen, inverse)
+    FOR_SIZE(n, CALL);
+#undef CALL
 }
 
 /* ---- the step: a quadratic in a box ---------------------------------------------------- */
@@ -108,15 +142,16 @@ static double slope_at(const struct step *s, size_t i)
 static bool walk(struct step *s)
 {
     size_t n = s->problem->n, free = 0, row[MAX], blocking = MAX;
-    double L[TRIANGLE], d[MAX], share = 1.0;
+    double A[TRIANGLE], *Ak = A, d[MAX], share = 1.0;
     for (size_t i = 0; i < n; i++) {
         if (s->held[i])
             continue;
         d[free] = -slope_at(s, i);
         row[free++] = i;
+        for (size_t k = 0; k < free; k++)
+            *Ak++ = s->normal->curvature[packed(i, row[k])];
     }
-    cholesky(s->normal->curvature, row, free, s->damping, L);
-    cholesky_solve(L, free, d);
+    solve(A, free, s->damping, d);
     for (size_t k = 0; k < free; k++) {
         size_t i = row[k];
         double room = d[k] < 0.0 ? room_below(s, i) - s->p[i] : room_above(s, i) - s->p[i];
@@ -159,16 +194,13 @@ static bool let_go(struct step *s)
 /* The usual case: nothing rests on a bound, and the minimum lies inside all of them. */
 static bool free_step(struct step *s)
 {
-    size_t n = s->problem->n, row[MAX] = { 0 };
-    double L[TRIANGLE];
+    size_t n = s->problem->n;
     for (size_t i = 0; i < n; i++) {
         if (!(room_below(s, i) < 0.0 && room_above(s, i) > 0.0))
             return false;
-        row[i] = i;
         s->p[i] = -s->normal->gradient[i];
     }
-    cholesky(s->normal->curvature, row, n, s->damping, L);
-    cholesky_solve(L, n, s->p);
+    solve(s->normal->curvature, n, s->damping, s->p);
     for (size_t i = 0; i < n; i++)
         if (!(s->p[i] >= room_below(s, i) && s->p[i] <= room_above(s, i)))
             return false;

@@ -285,6 +285,31 @@ static void test_a_held_parameter_stays(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.09, x[1]);
 }
 
+/* ---- the covariance -------------------------------------------------------------------- */
+
+/* expect: a curvature times its inverse is 1, for sizes with loops of their own and without. */
+static void test_covariance_inverts(void)
+{
+    enum { MOST = 7, ROWS = 9 };
+    struct dice dice = { 12 };
+    double J[ROWS * MOST], r[ROWS] = { 0.0 }, inverse[MOST * MOST];
+    const double unseen[MOST] = { 0.0 };
+    for (size_t n = 1; n <= MOST; n++) {
+        struct normal at;
+        for (size_t i = 0; i < ROWS * n; i++)
+            J[i] = dice_between(&dice, -1.0, 1.0);
+        sum_up(r, J, ROWS, n, &at);
+        normal_covariance(&at, n, unseen, inverse);
+        for (size_t i = 0; i < n; i++)
+            for (size_t j = 0; j < n; j++) {
+                double sum = 0.0;
+                for (size_t k = 0; k < n; k++)
+                    sum += at.curvature[packed(i, k)] * inverse[k * n + j];
+                TEST_ASSERT_DOUBLE_WITHIN(1e-11, i == j ? 1.0 : 0.0, sum);
+            }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -296,5 +321,6 @@ int main(void)
     RUN_TEST(test_the_last_step_may_be_unseen);
     RUN_TEST(test_steps_are_limited);
     RUN_TEST(test_a_held_parameter_stays);
+    RUN_TEST(test_covariance_inverts);
     return UNITY_END();
 }

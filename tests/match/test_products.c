@@ -62,10 +62,37 @@ static void test_order(void)
     TEST_ASSERT_TRUE(sum[1] == 0.0);
 }
 
+/* However many rows are summed at once, each pair's sum has the same bits. */
+static void test_rows_at_once(void)
+{
+    static double value[PRODUCTS_ROWS][LENGTH];
+    const double *row[PRODUCTS_ROWS], *two[2];
+    double sum[PRODUCTS_ROWS * (PRODUCTS_ROWS + 1) / 2], alone[3];
+    struct dice dice = { 10 };
+    for (size_t i = 0; i < PRODUCTS_ROWS; i++) {
+        row[i] = value[i];
+        for (size_t k = 0; k < LENGTH; k++)
+            value[i][k] = dice_between(&dice, -1.0, 1.0);
+    }
+    for (size_t rows = 2; rows <= PRODUCTS_ROWS; rows++) {
+        products(row, rows, LENGTH, sum);
+        for (size_t i = 0; i < rows; i++)
+            for (size_t j = 0; j < i; j++) {
+                two[0] = row[j];
+                two[1] = row[i];
+                products(two, 2, LENGTH, alone);
+                TEST_ASSERT_TRUE(sum[j * (j + 1) / 2 + j] == alone[0]);
+                TEST_ASSERT_TRUE(sum[i * (i + 1) / 2 + j] == alone[1]);
+                TEST_ASSERT_TRUE(sum[i * (i + 1) / 2 + i] == alone[2]);
+            }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_all_pairs);
     RUN_TEST(test_order);
+    RUN_TEST(test_rows_at_once);
     return UNITY_END();
 }
