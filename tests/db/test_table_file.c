@@ -345,7 +345,7 @@ static void test_meta_rows_that_are_missing(void)
 static const struct meta_case {
     const char *key, *value, *names;
 } meta_cases[] = {
-    { "model", "monte-carlo", "(model)" },
+    { "model", "ray-tracing", "(model)" },
     { "model", "paper", "(meta)" }, /* has no bands */
     { "cm", "0:0.3", "(cm)" },
     { "cm", "0:0.9:4", "(meta)" }, /* beyond the paper's ranges */

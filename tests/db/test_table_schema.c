@@ -126,7 +126,7 @@ static const struct spoiled_case {
 } spoiled_cases[] = {
     { "model", NULL },
     { "model", "" },
-    { "model", "monte-carlo" },
+    { "model", "ray-tracing" },
     { "cm", NULL },
     { "cm", "" },
     { "cm", "1:0:3" },
