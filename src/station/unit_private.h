@@ -34,8 +34,8 @@ struct unit {
     struct driver_setup setup;
     struct driver_status told; /* last */
     int64_t status_at_ms;      /* when it is to be asked again */
+    int64_t press_until_ms;    /* a UNIT_WAIT told of one: its reading waits to be fetched; 0 */
     bool watches_button;
-    int64_t press_until_ms; /* a UNIT_WAIT told of one: its reading waits to be fetched; 0 */
     bool replays; /* a capture, whose presses are those of its shots: they wait for them */
 };
 
