@@ -48,6 +48,7 @@ class Killing:
         self.daemon = None
         self.life, self.begun_at = 0, ""
         self.stopping = self.ending = False
+        self.told_to_stop = set()  # lives
         self.stops = []  # (begun, ended) of each life that was told to stop
         self.remembering = False  # nobody is forgotten meanwhile
         self.faults = []
@@ -195,6 +196,7 @@ class Killing:
         """On its way down, which ends with a checkpoint."""
         self.settle()
         self.stopping = True
+        self.told_to_stop.add(self.life)
         self.daemon.process.send_signal(signal.SIGTERM)
         self.pause(0.015)
 

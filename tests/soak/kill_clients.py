@@ -26,6 +26,7 @@ class Asker(threading.Thread):
         self.dice = random.Random(f"{killing.seed} {self.name}")
         self.instrument = "simulated" if number == 0 else f"simulated-{number + 1}"
         self.stage, self.request = "away", None
+        self.life = 0  # that the connection belongs to
         self.lease, self.highest_fence = None, 0
         self.answered, self.persons = [], {}
 
@@ -48,6 +49,7 @@ class Asker(threading.Thread):
         ) as client:
             if self.killing.life != life:  # it belongs to the next one
                 return
+            self.life = life
             if self.request is not None and self.lease is not None and self.dice.random() < 0.5:
                 self.ask_with_the_old_lease(client, begun_at)
             self.take_instrument(client)
@@ -64,7 +66,8 @@ class Asker(threading.Thread):
         try:
             return function(*arguments, **params)
         except Refused as refused:
-            if self.killing.stopping and refused.reason in STOPPING:
+            # The answer may be looked at when the next life has begun already.
+            if self.life in self.killing.told_to_stop and refused.reason in STOPPING:
                 raise Closed(refused.reason) from refused
             raise
         finally:
