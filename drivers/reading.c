@@ -65,10 +65,15 @@ enum driver_result doubt_fail(enum doubt doubt, struct driver_error *error)
         [DOUBT_NONE] = "",
         [DOUBT_WRONG_COUNT] = "a spectrum came with another number of bands than the instrument "
                               "has: measure again; if it stays so, check the cable",
-        [DOUBT_NO_NUMBER] = "a spectrum came with a value that is no number: measure again; if it "
-                            "stays so, check the cable",
-        [DOUBT_OUT_OF_RANGE] = "a band is outside 0 to 200 %: calibrate and measure again",
-        [DOUBT_ALL_ZERO] = "no light came back at all: calibrate and measure again",
+        [DOUBT_NO_NUMBER] =
+            "a spectrum came with a value that is no number, or with a negative one: is "
+            "there skin or a sample under the port? Then measure again; if it "
+            "stays so, check the cable",
+        [DOUBT_OUT_OF_RANGE] =
+            "a band is outside 0 to 200 %: is there skin or a sample under the port? "
+            "Calibrate and measure again",
+        [DOUBT_ALL_ZERO] = "no light came back at all: is there skin or a sample under the port? "
+                           "Calibrate and measure again",
         [DOUBT_JUMP] = "neighbouring bands differ by more than any surface's do: calibrate and "
                        "measure again",
         [DOUBT_ORDER] = "there is less light with the gloss than without it: hold the instrument "

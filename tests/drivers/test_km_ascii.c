@@ -425,6 +425,23 @@ static void test_nonsense_is_refused(void)
     both_models(refuses_nonsense);
 }
 
+/* Neither family is known to write a sign: what has one is refused, and the cable is not all that
+ * the operator is asked to look at. */
+static void sees_less_than_nothing(const struct sim_kind *kind)
+{
+    start(kind, "delays=0");
+    act("fault negative from 1");
+    EXPECT(DRIVER_PROTOCOL, measure());
+    expect_text("under the port");
+    act("fault none");
+    OK(measure());
+}
+
+static void test_less_than_nothing_asks_what_is_there(void)
+{
+    both_models(sees_less_than_nothing);
+}
+
 /* ---- a shot that fails -------------------------------------------------------------- */
 
 static void fails(const struct sim_kind *kind)
@@ -829,6 +846,7 @@ int main(void)
     RUN_TEST(test_user_calibration_without_data);
     RUN_TEST(test_white_and_black_swapped);
     RUN_TEST(test_nonsense_is_refused);
+    RUN_TEST(test_less_than_nothing_asks_what_is_there);
     RUN_TEST(test_lamp_and_lost_calibration);
     RUN_TEST(test_no_data_after_a_shot);
     RUN_TEST(test_battery_dies_in_a_shot);

@@ -499,6 +499,15 @@ static void test_nonsense_is_refused(void)
     }
 }
 
+/* Whose line has a sign: nothing under the port is no damage of the cable. */
+static void test_less_than_nothing_asks_what_is_there(void)
+{
+    start(QUICK);
+    act("fault negative from 1");
+    EXPECT(DRIVER_IMPLAUSIBLE, measure());
+    expect_text("under the port");
+}
+
 /* The shot before again, as where RM failed and the answer that said so came damaged.  It is waited
  * for as for a shot. */
 static void test_an_old_spectrum_is_no_new_one(void)
@@ -950,6 +959,7 @@ int main(void)
     RUN_TEST(test_what_it_reports);
     RUN_TEST(test_battery_dies_in_a_shot);
     RUN_TEST(test_nonsense_is_refused);
+    RUN_TEST(test_less_than_nothing_asks_what_is_there);
     RUN_TEST(test_an_old_spectrum_is_no_new_one);
     RUN_TEST(test_stored_samples);
     RUN_TEST(test_a_press_gives_its_reading);
