@@ -15,6 +15,16 @@ bool link_is_replay(const char *address)
     return strncmp(address, replay, strlen(replay)) == 0;
 }
 
+/* Only what this driver would take is offered. */
+static enum driver_result fail_address(const struct link_wanted *wanted, struct driver_error *error)
+{
+    bool none = wanted->address[0] == '\0';
+    return driver_fail(error, DRIVER_UNSUPPORTED, NULL, "%s%s%s: give %s%sreplay:FILE",
+                       none ? "no address" : "'", wanted->address, none ? "" : "' is no address",
+                       wanted->serial != NULL ? "a serial port (/dev/ttyACM0) or " : "",
+                       wanted->usb != NULL ? "usb, usb:VID:PID, usb:BUS:DEVICE or " : "");
+}
+
 static enum driver_result open_by_address(const struct link_wanted *wanted, struct link **ret,
                                           struct driver_error *error)
 {
@@ -37,10 +47,7 @@ static enum driver_result open_by_address(const struct link_wanted *wanted, stru
                                address);
         return link_open_serial(wanted, ret, error);
     }
-    return driver_fail(error, DRIVER_UNSUPPORTED, NULL,
-                       "'%s' is no address: give a serial port (/dev/ttyACM0), usb, usb:VID:PID, "
-                       "usb:BUS:DEVICE or replay:FILE",
-                       address);
+    return fail_address(wanted, error);
 }
 
 enum driver_result link_open(const struct driver_options *options, const struct link_wanted *wanted,

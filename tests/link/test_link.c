@@ -97,6 +97,28 @@ static void test_addresses_of_no_use(void)
     }
 }
 
+/* An address that the driver would refuse is not offered. */
+static void test_only_fitting_addresses_are_offered(void)
+{
+    static const struct link_serial serial = { 9600, false };
+    static const struct link_usb_model models[] = { { 0x2457, 0x101e }, { 0, 0 } };
+    static const struct link_usb usb = { .models = models };
+    static const char *const addresses[] = { "", "ttyACM0" };
+    for (size_t i = 0; i < sizeof addresses / sizeof *addresses; i++) {
+        const struct driver_options options = { .address = addresses[i] };
+        struct link_wanted wanted = { .call = &call, .serial = &serial };
+        TEST_ASSERT_EQUAL_INT(DRIVER_UNSUPPORTED, link_open(&options, &wanted, &wire, &error));
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error.text, "/dev/ttyACM0"), error.text);
+        TEST_ASSERT_NULL_MESSAGE(strstr(error.text, "usb"), error.text);
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error.text, "or replay:FILE"), error.text);
+        wanted.serial = NULL;
+        wanted.usb = &usb;
+        TEST_ASSERT_EQUAL_INT(DRIVER_UNSUPPORTED, link_open(&options, &wanted, &wire, &error));
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error.text, "give usb, usb:VID:PID"), error.text);
+        TEST_ASSERT_NULL_MESSAGE(strstr(error.text, "serial"), error.text);
+    }
+}
+
 static void test_a_loop_of_links(void)
 {
     static const struct link_serial serial = { 9600, false };
@@ -198,6 +220,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_pause_ends_in_time_or_cancelled);
     RUN_TEST(test_addresses_of_no_use);
+    RUN_TEST(test_only_fitting_addresses_are_offered);
     RUN_TEST(test_a_loop_of_links);
     RUN_TEST(test_a_record_replays);
     RUN_TEST(test_systems_time);
