@@ -73,7 +73,9 @@ struct driver_grid {
 /* What the driver learnt when it opened the instrument. */
 struct driver_identity {
     char maker[DRIVER_NAME_SIZE], model[DRIVER_NAME_SIZE];
-    char serial[DRIVER_NAME_SIZE], firmware[DRIVER_NAME_SIZE];
+    char serial[DRIVER_NAME_SIZE];
+    char firmware[DRIVER_NAME_SIZE];   /* version; behind it the correction of readings that the
+                                          driver was opened with, where there is one */
     char white_tile[DRIVER_NAME_SIZE]; /* serial number of the tile it is calibrated to */
     enum driver_geometry geometry;
     bool has_sci, has_sce, has_button, has_battery, has_stored_samples;

@@ -34,7 +34,8 @@ struct instrument {
     struct driver_setup setup;
     struct ooi_bands bands;
     struct ooi_tile_file tile;
-    struct ooi_substitution substitution; /* k all 0: none */
+    struct ooi_substitution substitution;  /* k all 0: none */
+    char greys_sha256[OOI_FILE_HASH_SIZE]; /* of the file it was fitted to; "": none */
     double nm[OOI_MAX_PIXELS], rstd[OOI_MAX_PIXELS], rstd_band[OOI_BANDS];
     int64_t open_until_ms;
     bool tells_lamp; /* its status tells the lamp line as it was set */
@@ -71,6 +72,8 @@ static enum driver_result fit_greys(struct instrument *in, struct driver_error *
     enum driver_result r = ooi_tile_read(in->address.greys, greys, error);
     if (r == DRIVER_OK)
         r = ooi_tile_greys(greys, in->address.greys, &n, measured, certified, error);
+    if (r == DRIVER_OK)
+        memcpy(in->greys_sha256, greys->sha256, sizeof in->greys_sha256);
     free(greys);
     if (r != DRIVER_OK)
         return r;
@@ -204,11 +207,22 @@ static void name_model(struct instrument *in, uint16_t version)
              version & 0xffu);
 }
 
+/* Part of what made the readings, and the one member of an identity that records refer to and
+ * that is not the unit's own name. */
+static void name_correction(struct instrument *in)
+{
+    char *firmware = in->identity.firmware;
+    size_t n = strlen(firmware);
+    if (in->greys_sha256[0] != '\0')
+        snprintf(firmware + n, DRIVER_NAME_SIZE - n, ", greys %.16s", in->greys_sha256);
+}
+
 static void fill_identity(struct instrument *in)
 {
     struct driver_identity *id = &in->identity;
     snprintf(id->maker, sizeof id->maker, "Ocean Optics");
     snprintf(id->white_tile, sizeof id->white_tile, "%s", in->tile.row[0].id);
+    name_correction(in);
     id->geometry = DRIVER_GEOMETRY_D8;
     id->has_sce = true;
     id->grid[0] = (struct driver_grid){ OOI_FIRST_NM, OOI_STEP_NM, OOI_BANDS };

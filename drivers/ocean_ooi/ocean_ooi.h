@@ -16,7 +16,8 @@
  * has what the steps do and refuse, radiometry.h and bands.h the way from counts to 31 bands,
  * substitution.h the error of a sphere with a single beam (several percent for dark skin against a
  * white tile) and its correction from grey tiles.  A bench tool, then; a handheld with
- * a second beam has no such error.
+ * a second beam has no such error.  The identity's firmware says whether it is corrected, and by
+ * which file: "FPGA 3.0.0, greys 0123456789abcdef", the first 16 digits of its SHA-256.
  *
  * Readings: 400..700 nm by 10; no raw integers (a reading is a ratio of 2 000 pixels and more);
  * setup.averages spectra; R from -0.01 to 0 becomes 0 and is flagged.  A reading is refused where

@@ -3,6 +3,8 @@
 
 #include <errno.h>
 #include <math.h>
+#include <nettle/base16.h>
+#include <nettle/sha2.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -216,12 +218,24 @@ static enum driver_result read_row(const struct reader *r, char *line, struct oo
     return column == r->columns ? DRIVER_OK : refuse(r, "fewer fields than the header has");
 }
 
+static void hash_file(const char *text, size_t n, char ret[OOI_FILE_HASH_SIZE])
+{
+    struct sha256_ctx sha256;
+    uint8_t digest[SHA256_DIGEST_SIZE];
+    sha256_init(&sha256);
+    sha256_update(&sha256, n, (const uint8_t *)text);
+    sha256_digest(&sha256, sizeof digest, digest);
+    base16_encode_update(ret, sizeof digest, digest);
+    ret[2 * sizeof digest] = '\0';
+}
+
 enum driver_result ooi_tile_parse(char *text, size_t n, const char *path, struct ooi_tile_file *ret,
                                   struct driver_error *error)
 {
     struct reader r = { .path = path, .rest = text, .error = error };
     if (strlen(text) != n)
         return refuse_file(path, error, "is no text: save it as CSV");
+    hash_file(text, n, ret->sha256);           /* before it is cut up */
     if (strncmp(text, "\xef\xbb\xbf", 3) == 0) /* as spreadsheets write it */
         r.rest += 3;
     ret->columns = ret->rows = 0;

@@ -28,7 +28,12 @@
 #include "drivers/driver.h"
 #include "drivers/ocean_ooi/bands.h"
 
-enum { OOI_TILE_COLUMNS = 1024, OOI_TILE_ROWS = 32, OOI_FILE_BYTES = 1 << 20 };
+enum {
+    OOI_TILE_COLUMNS = 1024,
+    OOI_TILE_ROWS = 32,
+    OOI_FILE_BYTES = 1 << 20,
+    OOI_FILE_HASH_SIZE = 65, /* SHA-256, 64 small hex digits */
+};
 
 enum ooi_tile_what { OOI_TILE_UNSAID, OOI_TILE_MEASURED, OOI_TILE_CERTIFIED };
 
@@ -39,6 +44,7 @@ struct ooi_tile {
 };
 
 struct ooi_tile_file {
+    char sha256[OOI_FILE_HASH_SIZE]; /* of the file's bytes, as sha256sum prints it */
     size_t columns, rows;
     double nm[OOI_TILE_COLUMNS];
     struct ooi_tile row[OOI_TILE_ROWS];

@@ -354,6 +354,42 @@ static void test_substitution(void)
     }
 }
 
+/* expect: what sha256sum prints of the file. */
+static void expect_hash_of(const char *path, const char *got)
+{
+    char command[1024], hash[17] = "";
+    snprintf(command, sizeof command, "sha256sum '%s'", path);
+    FILE *sum = popen(command, "re");
+    TEST_ASSERT_NOT_NULL(sum);
+    TEST_ASSERT_NOT_NULL(fgets(hash, sizeof hash, sum));
+    while (fgetc(sum) != EOF)
+        ;
+    TEST_ASSERT_EQUAL_INT(0, pclose(sum));
+    TEST_ASSERT_EQUAL_size_t(16, strlen(hash));
+    TEST_ASSERT_EQUAL_STRING(hash, got);
+}
+
+/* Records refer to it: whether the readings were corrected, and by which file. */
+static void test_identity_names_the_correction(void)
+{
+    char address[900], plain[DRIVER_NAME_SIZE];
+    static const char correction[] = ", greys ";
+    open_with(&sim_usb2000, "delays=0,noise=0.2,substitution=0.01");
+    strcpy(plain, identity.firmware);
+    TEST_ASSERT_NULL(strstr(plain, "greys"));
+    calibrate();
+    write_greys(ocean_bench_path("greys.csv"));
+    shut();
+    int n = snprintf(address, sizeof address, "%s", ocean_bench_address());
+    snprintf(address + n, sizeof address - (size_t)n, ",greys=%s", ocean_bench_path("greys.csv"));
+    EXPECT(DRIVER_OK, try_to_open(address));
+    TEST_ASSERT_EQUAL_STRING_LEN(plain, identity.firmware, strlen(plain));
+    TEST_ASSERT_EQUAL_STRING_LEN(correction, identity.firmware + strlen(plain), strlen(correction));
+    expect_hash_of(ocean_bench_path("greys.csv"),
+                   identity.firmware + strlen(plain) + strlen(correction));
+    shut();
+}
+
 static void test_greys_of_another_sphere_are_refused(void)
 {
     char address[900];
@@ -745,6 +781,7 @@ int main(void)
     RUN_TEST(test_no_tile_no_instrument);
     RUN_TEST(test_accuracy);
     RUN_TEST(test_substitution);
+    RUN_TEST(test_identity_names_the_correction);
     RUN_TEST(test_greys_of_another_sphere_are_refused);
     RUN_TEST(test_white_for_zero);
     RUN_TEST(test_swapped);

@@ -57,6 +57,16 @@ static void test_tile(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.9827, ooi_tile_at(&file, 0, 707.0));
 }
 
+/* expect: what sha256sum prints of the same bytes. */
+static void test_hash_of_the_file(void)
+{
+    strcpy(text, "id,specular,400,420,440,460,480,500,520,540,560,580,600,620,640,660,680,700\r\n"
+                 "W,sce,0.9,0.9,0.9,0.9,0.9,0.9,0.9,0.9,0.9,0.9,0.9,0.9,0.9,0.9,0.9,0.9\r\n");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVER_OK, parse(), error.text);
+    TEST_ASSERT_EQUAL_STRING("abfc9ad38d4a1fefdc1a2a20bb0535aef0f710f740f4aa08353264a7fde1a581",
+                             file.sha256);
+}
+
 /* By hand: the line of the first two, and of the last two, goes on. */
 static void test_tile_goes_on_beyond_its_ends(void)
 {
@@ -266,6 +276,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_tile);
+    RUN_TEST(test_hash_of_the_file);
     RUN_TEST(test_tile_goes_on_beyond_its_ends);
     RUN_TEST(test_tile_from_a_spreadsheet);
     RUN_TEST(test_bad_tiles);
