@@ -269,8 +269,9 @@ $(BUILD)/obj/%.o: %.c $(BUILD)/flags | need-build
 	@echo "  CC $<"
 	@$(CC) $(ALL_CFLAGS) $(PKG_CFLAGS) -MMD -MP -c $< -o $@
 
-# Its loops become vectors only where a square root sets no errno and no trap is taken.
-$(BUILD)/obj/src/optics/quick.o: private override EXTRA += -fno-math-errno -fno-trapping-math
+# Its loops become vectors only where a square root sets no errno and no trap is taken; and a few
+# zeros after a row are not worth a call of memset().
+$(BUILD)/obj/src/optics/quick.o: private override EXTRA += -fno-math-errno -fno-trapping-math -fno-tree-loop-distribute-patterns
 
 # The protocol's description becomes part of the program.  It is ASCII: every byte is a char.
 $(BUILD)/gen/protocol_schema.c: src/station/protocol.schema.json

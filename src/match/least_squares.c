@@ -13,11 +13,12 @@ static size_t packed(size_t i, size_t j)
 
 /* ---- small dense algebra ------------------------------------------------------------ */
 
-/* Fits of three and of five parameters are the usual ones: for these the loops below are made
- * anew with constant ends, and come apart into straight lines. */
+/* Three or five parameters are usual, or one less where one rests on a bound: for these the loops
+ * below are made anew with constant ends, and come apart into straight lines. */
 #define INLINE static inline __attribute__((always_inline))
 #define UNROLLED _Pragma("GCC unroll 8")
-#define FOR_SIZE(n, call) ((n) == 3 ? call(3) : (n) == 5 ? call(5) : call(n))
+#define FOR_SIZE(n, call) \
+    ((n) == 2 ? call(2) : (n) == 3 ? call(3) : (n) == 4 ? call(4) : (n) == 5 ? call(5) : call(n))
 
 /* L D L^T = A, all packed, A's diagonal grown by damping times itself.  L has 1 on its diagonal;
  * there stands 1/D, for it is only divided by.  A pivot that rounding has eaten is marked by 0:
@@ -115,6 +116,16 @@ struct step {
     bool held[MAX];
 };
 
+/* p and held are set by find_step(). */
+static void step_init(struct step *s, const struct least_squares *problem,
+                      const struct normal *normal, const double *x)
+{
+    s->problem = problem;
+    s->normal = normal;
+    s->x = x;
+    s->damping = 0.0;
+}
+
 static double room_below(const struct step *s, size_t i)
 {
     return s->problem->lo[i] - s->x[i];
@@ -138,20 +149,12 @@ static double slope_at(const struct step *s, size_t i)
     return sum;
 }
 
-/* One walk; true where it went all the way. */
-static bool walk(struct step *s)
+/* From p by d of the rows that are not held, or to the first bound met, where that one comes to
+ * rest; true where it went all the way. */
+static bool advance(struct step *s, const size_t *row, size_t free, const double *d)
 {
-    size_t n = s->problem->n, free = 0, row[MAX], blocking = MAX;
-    double A[TRIANGLE], *Ak = A, d[MAX], share = 1.0;
-    for (size_t i = 0; i < n; i++) {
-        if (s->held[i])
-            continue;
-        d[free] = -slope_at(s, i);
-        row[free++] = i;
-        for (size_t k = 0; k < free; k++)
-            *Ak++ = s->normal->curvature[packed(i, row[k])];
-    }
-    solve(A, free, s->damping, d);
+    size_t blocking = MAX;
+    double share = 1.0;
     for (size_t k = 0; k < free; k++) {
         size_t i = row[k];
         double room = d[k] < 0.0 ? room_below(s, i) - s->p[i] : room_above(s, i) - s->p[i];
@@ -168,6 +171,25 @@ static bool walk(struct step *s)
     s->held[i] = true;
     s->p[i] = d[blocking] < 0.0 ? room_below(s, i) : room_above(s, i);
     return false;
+}
+
+/* One walk; true where it went all the way. */
+static bool walk(struct step *s)
+{
+    size_t free = 0, row[MAX];
+    double A[TRIANGLE], *Ak = A, d[MAX];
+    for (size_t i = 0; i < s->problem->n; i++) {
+        if (s->held[i])
+            continue;
+        d[free] = -slope_at(s, i);
+        row[free++] = i;
+        for (size_t k = 0; k < free; k++)
+            *Ak++ = s->normal->curvature[packed(i, row[k])];
+    }
+    if (free == 0)
+        return true;
+    solve(A, free, s->damping, d);
+    return advance(s, row, free, d);
 }
 
 /* Let go of the held one that would lower chi^2 most; false where none would. */
@@ -191,20 +213,32 @@ static bool let_go(struct step *s)
     return true;
 }
 
-/* The usual case: nothing rests on a bound, and the minimum lies inside all of them. */
+/* The usual case, nothing rests on a bound: the first walk; true where it ends inside all of them
+ * and so is the step. */
 static bool free_step(struct step *s)
 {
-    size_t n = s->problem->n;
+    size_t n = s->problem->n, row[MAX];
+    double d[MAX];
     for (size_t i = 0; i < n; i++) {
-        if (!(room_below(s, i) < 0.0 && room_above(s, i) > 0.0))
-            return false;
-        s->p[i] = -s->normal->gradient[i];
+        row[i] = i;
+        d[i] = -s->normal->gradient[i];
     }
-    solve(s->normal->curvature, n, s->damping, s->p);
-    for (size_t i = 0; i < n; i++)
-        if (!(s->p[i] >= room_below(s, i) && s->p[i] <= room_above(s, i)))
-            return false;
-    return true;
+    solve(s->normal->curvature, n, s->damping, d);
+    return advance(s, row, n, d);
+}
+
+/* What rests on a bound and is pulled outwards; false where nothing is on a bound. */
+static bool hold(struct step *s)
+{
+    bool any = false;
+    for (size_t i = 0; i < s->problem->n; i++) {
+        double g = s->normal->gradient[i];
+        bool below = room_below(s, i) >= 0.0, above = room_above(s, i) <= 0.0;
+        s->p[i] = 0.0;
+        s->held[i] = (g >= 0.0 && below) || (g <= 0.0 && above);
+        any = any || below || above;
+    }
+    return any;
 }
 
 /* By how much chi^2 would fall if it were the quadratic. */
@@ -212,16 +246,11 @@ static double find_step(struct step *s)
 {
     size_t n = s->problem->n;
     double gain = 0.0;
-    if (free_step(s)) {
+    if (!hold(s) && free_step(s)) {
         for (size_t i = 0; i < n; i++)
             gain -= s->p[i] * (s->normal->gradient[i] -
                                s->damping * s->normal->curvature[packed(i, i)] * s->p[i]);
         return gain;
-    }
-    for (size_t i = 0; i < n; i++) {
-        double g = s->normal->gradient[i];
-        s->p[i] = 0.0;
-        s->held[i] = (g >= 0.0 && room_below(s, i) >= 0.0) || (g <= 0.0 && room_above(s, i) <= 0.0);
     }
     /* Ends by itself; the limit is for rounding. */
     for (size_t turn = 0; turn < 4 * n + 4; turn++)
@@ -287,6 +316,17 @@ static bool try_step(const struct least_squares *problem, struct step *step, dou
     return true;
 }
 
+void least_squares_step(size_t n, const double *lo, const double *hi, const struct normal *normal,
+                        double *x)
+{
+    const struct least_squares problem = { .n = n, .lo = lo, .hi = hi };
+    struct step step;
+    step_init(&step, &problem, normal, x);
+    (void)find_step(&step);
+    for (size_t i = 0; i < n; i++)
+        x[i] = clamp(x[i] + step.p[i], lo[i], hi[i]);
+}
+
 /* To where the quadratic has its minimum, unseen. */
 static void last_step(const struct step *step, double *x, struct normal *ret, double gain)
 {
@@ -303,9 +343,10 @@ enum status least_squares_run(const struct least_squares *problem, double *x, st
 {
     size_t n = problem->n;
     struct normal second, *trial = &second;
-    struct step step = { .problem = problem, .normal = at, .x = x };
+    struct step step;
     bool failed = false, trusted = false; /* the last step kept what it promised */
     int looks = 0;
+    step_init(&step, problem, at, x);
     *run = (struct least_squares_run){ .evaluations = 1 };
     for (size_t i = 0; i < n; i++)
         x[i] = clamp(x[i], problem->lo[i], problem->hi[i]);

@@ -48,6 +48,11 @@ struct least_squares_run {
 enum status least_squares_run(const struct least_squares *problem, double *x, struct normal *at,
                               struct least_squares_run *run);
 
+/* From x inside the box to the exact minimum there of the quadratic that has this gradient and
+ * curvature at x. */
+void least_squares_step(size_t n, const double *lo, const double *hi, const struct normal *normal,
+                        double *x);
+
 /* The inverse of a curvature into inverse[n][n], as a table of n * n.  Directions that the
  * data do not see at all (pivot lost to rounding) get the variance `unseen`[i] on their
  * diagonal and no covariance. */

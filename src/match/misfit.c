@@ -86,12 +86,36 @@ static void whiten(const struct misfit *m, double *v)
 
 /* ---- chi^2 ------------------------------------------------------------------------------- */
 
+/* Residual r and derivatives of group g from R to the scale of ln R:  m ln(R/m), for which
+ * 2m (R-m)/(R+m) does as well (Pade), and its derivative.  Both are those of R where R is m. */
+static void straighten(const struct misfit *m, size_t g, double *r)
+{
+    size_t n = m->chromophores->n, stride = QUICK_STRIDE(n);
+    double *steeper = m->scratch->model; /* free now */
+    for (size_t i = 0; i < n; i++) {
+        /* Where noise has left nothing, or nothing was measured, the band counts for little. */
+        double R = m->measured[g][i], least = 1e-3, measured = R > least ? R : least;
+        double w = 2.0 * measured / (r[i] + R + measured);
+        r[i] *= w;
+        steeper[i] = w * w;
+    }
+    for (size_t p = 0; p < SKIN_PARAMETERS; p++) {
+        double *row = m->scratch->J + p * stride;
+        for (size_t i = 0; m->places[p] > 0 && i < n; i++)
+            row[i] *= steeper[i];
+    }
+}
+
 /* Group g into the sums; residual and derivatives are whitened where they lie. */
-static void add_group(const struct misfit *m, size_t g, struct normal *ret)
+static void add_group(const struct misfit *m, size_t g, bool straight, struct normal *ret)
 {
     size_t n = m->chromophores->n, stride = QUICK_STRIDE(n), at[SKIN_PARAMETERS], rows = 0;
     const double *row[SKIN_PARAMETERS + 1], *sum, weight = 1.0 / m->whitener.white2;
     double *r = m->scratch->R, triangle[(SKIN_PARAMETERS + 1) * (SKIN_PARAMETERS + 2) / 2];
+    for (size_t i = 0; i < n; i++)
+        r[i] -= m->measured[g][i];
+    if (straight)
+        straighten(m, g, r);
     for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
         if (m->places[i] == 0)
             continue;
@@ -99,15 +123,20 @@ static void add_group(const struct misfit *m, size_t g, struct normal *ret)
         whiten(m, m->scratch->J + i * stride);
         row[rows++] = m->scratch->J + i * stride;
     }
-    for (size_t i = 0; i < n; i++)
-        r[i] -= m->measured[g][i];
     whiten(m, r);
     row[rows] = r;
     products(row, rows + 1, stride, triangle);
     sum = triangle;
-    for (size_t a = 0; a < rows; a++)
-        for (size_t b = 0; b <= a; b++)
-            ret->curvature[packed(at[a], at[b])] += weight * *sum++;
+    if (m->groups == 1) { /* then at[a] is a, and the triangles are alike */
+        size_t pairs = rows * (rows + 1) / 2;
+        for (size_t p = 0; p < pairs; p++)
+            ret->curvature[p] += weight * sum[p];
+        sum += pairs;
+    } else {
+        for (size_t a = 0; a < rows; a++)
+            for (size_t b = 0; b <= a; b++)
+                ret->curvature[packed(at[a], at[b])] += weight * *sum++;
+    }
     for (size_t a = 0; a < rows; a++)
         ret->gradient[at[a]] += weight * *sum++;
     ret->chi_square += weight * *sum;
@@ -126,9 +155,9 @@ static void add_prior(const struct misfit *m, const double *x, enum skin_paramet
     }
 }
 
-void misfit_evaluate(void *misfit, const double *x, struct normal *ret)
+/* straight: by the logarithm of R. */
+static void evaluate(const struct misfit *m, const double *x, bool straight, struct normal *ret)
 {
-    const struct misfit *m = misfit;
     struct misfit_scratch *s = m->scratch;
     ret->chi_square = m->scatter;
     memset(ret->gradient, 0, m->n * sizeof *ret->gradient);
@@ -137,12 +166,11 @@ void misfit_evaluate(void *misfit, const double *x, struct normal *ret)
         double value[SKIN_PARAMETERS];
         misfit_values(m, x, g, value);
         struct tissue t = fit_tissue(m->fit, value);
-        if (quick_slopes(m->fit->model, &t, m->chromophores, m->wanted, s->model, s->R, s->J) !=
-            STATUS_OK) {
+        if (quick_skin(m->quick, &t, m->wanted, s->model, s->R, s->J) != STATUS_OK) {
             ret->chi_square = INFINITY; /* worse than any skin that the model takes */
             return;
         }
-        add_group(m, g, ret);
+        add_group(m, g, straight, ret);
     }
     for (size_t i = 0; i < SKIN_PARAMETERS; i++)
         if (m->places[i] > 0 && isfinite(m->fit->role[i].prior_sd))
@@ -150,6 +178,44 @@ void misfit_evaluate(void *misfit, const double *x, struct normal *ret)
                       m->fit->role[i].prior_sd, ret);
     if (isfinite(m->tie.sd))
         add_prior(m, x, m->tie.parameter, m->tie.mean, m->tie.sd, ret);
+}
+
+void misfit_evaluate(void *misfit, const double *x, struct normal *ret)
+{
+    evaluate(misfit, x, false, ret);
+}
+
+static double inside(const struct misfit *m, size_t i, double x)
+{
+    return x > m->lo[i] ? (x < m->hi[i] ? x : m->hi[i]) : m->lo[i];
+}
+
+/* Where a step of the amount's root ends that begins like one of the amount from x to y. */
+static double by_root(double x, double y)
+{
+    double root = 0.5 * (1.0 + y / x);              /* over that of x */
+    return root > 0.3 ? x * root * root : 0.09 * x; /* not past 0 */
+}
+
+void misfit_approach(const struct misfit *m, double *x)
+{
+    static const enum skin_parameter amount[] = { SKIN_CM, SKIN_CH, SKIN_SCATTERING_A };
+    struct normal normal;
+    double y[LEAST_SQUARES_MAX], sum = 0.0;
+    for (size_t i = 0; i < m->n; i++)
+        y[i] = x[i] = inside(m, i, x[i]);
+    evaluate(m, x, true, &normal);
+    if (!isfinite(normal.chi_square))
+        return;
+    least_squares_step(m->n, m->lo, m->hi, &normal, y);
+    for (size_t k = 0; k < sizeof amount / sizeof *amount; k++)
+        for (size_t i = m->first[amount[k]]; i < m->first[amount[k]] + m->places[amount[k]]; i++)
+            if (x[i] > 0.0)
+                y[i] = inside(m, i, by_root(x[i], y[i]));
+    for (size_t i = 0; i < m->n; i++)
+        sum += y[i];
+    if (isfinite(sum))
+        memcpy(x, y, m->n * sizeof *x);
 }
 
 struct least_squares misfit_problem(struct misfit *m, double tolerance, size_t steps)
@@ -175,8 +241,7 @@ double misfit_chi_square(const struct misfit *m, const double *x, double *fitted
         double value[SKIN_PARAMETERS], product;
         misfit_values(m, x, g, value);
         struct tissue t = fit_tissue(m->fit, value);
-        if (quick_slopes(m->fit->model, &t, m->chromophores, 0, m->scratch->model, r, NULL) !=
-            STATUS_OK)
+        if (quick_skin(m->quick, &t, 0, m->scratch->model, r, NULL) != STATUS_OK)
             return INFINITY;
         for (size_t i = 0; i < n; i++) {
             fitted[i] += r[i] / (double)m->groups;

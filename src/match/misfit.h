@@ -15,14 +15,19 @@
 #include "optics/chromophores.h"
 #include "optics/quick.h"
 
+/* Rows of bands that begin with a line of the cache are read and written by whole lines. */
+enum { MISFIT_ALIGNED = 64 };
+
 struct misfit_scratch {
-    double model[QUICK_SCRATCH(SPECTRUM_MAX_BANDS)];
-    double R[SPECTRUM_MAX_BANDS];
-    double J[SKIN_PARAMETERS * SPECTRUM_MAX_BANDS]; /* rows QUICK_STRIDE(bands) apart */
+    _Alignas(MISFIT_ALIGNED) double model[QUICK_SCRATCH(SPECTRUM_MAX_BANDS)];
+    _Alignas(MISFIT_ALIGNED) double R[SPECTRUM_MAX_BANDS];
+    _Alignas(MISFIT_ALIGNED) double J[SKIN_PARAMETERS *
+                                      SPECTRUM_MAX_BANDS]; /* rows QUICK_STRIDE(bands) apart */
 };
 
 struct misfit {
     const struct fit *fit;
+    const struct quick *quick; /* of the fit's model and refractive index */
     const struct chromophores *chromophores;
     size_t groups; /* spectra compared: one, the mean, or each replicate with its own parameters */
     const double *measured[LEAST_SQUARES_MAX]; /* [groups][bands] */
@@ -56,6 +61,12 @@ void misfit_vector(const struct misfit *m, const double value[SKIN_PARAMETERS], 
 
 /* struct least_squares.evaluate; context is the misfit. */
 void misfit_evaluate(void *misfit, const double *x, struct normal *ret);
+
+/* One step from a start that may be far off, to where a fit better begins.  The logarithm of R
+ * against the root of an amount is nearly straight, so it goes further than a step by R against
+ * the amount itself would; where it ends chi^2 is not looked at.  x stays where the model takes
+ * no such skin. */
+void misfit_approach(const struct misfit *m, double *x);
 
 /* The problem of finding its minimum. */
 struct least_squares misfit_problem(struct misfit *m, double tolerance, size_t steps);

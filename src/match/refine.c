@@ -38,7 +38,8 @@ struct refiner {
     double first_nm, step_nm;
     size_t bands;
     double nm[SPECTRUM_MAX_BANDS];
-    struct chromophores chromophores;
+    _Alignas(MISFIT_ALIGNED) struct chromophores chromophores;
+    struct quick quick;
     struct start start;
     bool has_weights;
     struct xyz_weights weights;
@@ -80,7 +81,7 @@ enum status refiner_open(const struct fit *fit, double first_nm, double step_nm,
         return s;
     if (bands < free_parameters(fit, false) + free_parameters(fit, true))
         return refuse(STATUS_RANGE, few_bands, why);
-    struct refiner *r = malloc(sizeof *r);
+    struct refiner *r = aligned_alloc(MISFIT_ALIGNED, sizeof *r);
     if (r == NULL)
         return refuse(STATUS_NO_MEMORY, "there is no memory left", why);
     double value[SKIN_PARAMETERS];
@@ -96,6 +97,7 @@ enum status refiner_open(const struct fit *fit, double first_nm, double step_nm,
     for (size_t i = 0; i < bands; i++)
         r->nm[i] = first_nm + (double)i * step_nm;
     struct tissue t = fit_tissue(fit, values_at_start(fit, value));
+    quick_init(fit->model, &r->chromophores, fit->eta, &r->quick);
     start_init(&t, &r->chromophores, &r->start);
     r->has_weights = xyz_weights_init(fit->illuminant, fit->observer, first_nm, step_nm, bands,
                                       &r->weights) == STATUS_OK;
@@ -127,9 +129,11 @@ static const char *spectrum_fault(const struct refiner *r, const struct spectrum
 {
     if (s->n != r->bands || s->first_nm != r->first_nm || s->step_nm != r->step_nm)
         return "the spectra must have the bands that the fit was made for";
+    int wrong = 0; /* of all bands together, by vectors */
     for (size_t i = 0; i < s->n; i++)
-        if (!(isnan(s->value[i]) || fabs(s->value[i]) <= REFINE_R_MAX))
-            return "a reflectance is far outside 0..1; give fractions, not percent";
+        wrong |= fabs(s->value[i]) > REFINE_R_MAX; /* NaN is not */
+    if (wrong)
+        return "a reflectance is far outside 0..1; give fractions, not percent";
     return NULL;
 }
 
@@ -162,17 +166,19 @@ static enum status check_starts(const double (*starts)[SKIN_PARAMETERS], size_t 
 
 static void take_mean(const struct spectrum *spectra, size_t replicates, struct site *site)
 {
-    size_t n = spectra[0].n;
-    site->measured = 0;
-    for (size_t i = 0; i < n; i++) {
-        double sum = 0.0;
-        for (size_t k = 0; k < replicates; k++)
-            sum += spectra[k].value[i];
-        bool all = !isnan(sum);
-        site->mean[i] = all ? sum / (double)replicates : NAN;
-        site->weight[i] = all ? 1.0 : 0.0;
-        site->measured += all ? 1u : 0u;
-    }
+    size_t n = spectra[0].n, missing = 0;
+    double *mean = site->mean;
+    memcpy(mean, spectra[0].value, n * sizeof *mean);
+    for (size_t k = 1; k < replicates; k++)
+        for (size_t i = 0; i < n; i++)
+            mean[i] += spectra[k].value[i];
+    for (size_t i = 0; i < n && replicates > 1; i++)
+        mean[i] /= (double)replicates; /* NaN where one of them is */
+    for (size_t i = 0; i < n; i++)
+        missing += isnan(mean[i]) ? 1u : 0u;
+    for (size_t i = 0; i < n; i++)
+        site->weight[i] = isnan(mean[i]) ? 0.0 : 1.0;
+    site->measured = n - missing;
 }
 
 /* Chi^2 of the replicates about their mean. */
@@ -206,6 +212,7 @@ static enum status site_init(const struct refiner *r, const struct noise *noise,
     if (site->measured < own + free_parameters(&r->fit, false))
         return refuse(STATUS_RANGE, few_bands, why);
     m->fit = &r->fit;
+    m->quick = &r->quick;
     m->chromophores = &r->chromophores;
     m->scratch = &site->scratch;
     m->weight = site->weight;
@@ -255,7 +262,7 @@ static enum status descend(struct misfit *m, struct minimum *at, struct least_sq
     if (s != STATUS_OK)
         return s;
     double chi_square = misfit_chi_square(m, at->x, fitted);
-    if (!(fabs(chi_square - at->normal.chi_square) < 0.1 * UNSEEN)) {
+    if (!(fabs(chi_square - at->normal.chi_square) < UNSEEN)) {
         struct least_squares_run more;
         problem.unseen = 0.0;
         (void)least_squares_run(&problem, at->x, &at->normal, &more);
@@ -321,6 +328,7 @@ static bool look_around(const struct refiner *r, struct site *site,
     double fitted[SPECTRUM_MAX_BANDS];
     bool has_second = false;
     for (size_t i = 0; other_start(r, site, starts, n_starts, i, tried.x); i++) {
+        misfit_approach(m, tried.x);
         if (descend(m, &tried, &run, fitted) != STATUS_OK || !run.converged ||
             !distinct(m, best, tried.x))
             continue;
@@ -473,10 +481,12 @@ static enum status fit_site(const struct refiner *r, struct site *site,
     double spread[SKIN_PARAMETERS];
     double fitted[SPECTRUM_MAX_BANDS];
     bool has_second = false;
-    if (n_starts > 0)
+    if (n_starts > 0) {
         misfit_vector(m, starts[0], at.x);
-    else
+        misfit_approach(m, at.x);
+    } else {
         guess(r, site, at.x);
+    }
     enum status s = descend(m, &at, &run, fitted);
     if (s != STATUS_OK)
         return s;
@@ -492,7 +502,7 @@ static enum status fit_site(const struct refiner *r, struct site *site,
     compare(r, site, fitted, want, ret);
     judge(r, site, &at, ret);
     ret->iterations = run.iterations;
-    ret->evaluations = run.evaluations;
+    ret->evaluations = run.evaluations + (n_starts > 0 ? 1u : 0u); /* the approach */
     ret->flags =
         flags_of(&r->fit, spread, ret) | (run.converged ? 0u : (unsigned)REFINE_NOT_CONVERGED);
     return STATUS_OK;

@@ -36,12 +36,12 @@ double deoxyhaemoglobin_sigma_a(double nm);
  * values stand again, up to a multiple of CHROMOPHORES_LANES: vectors read past the end. */
 #define CHROMOPHORES_LANES 8
 struct chromophores {
-    size_t n;
     double eumelanin[SPECTRUM_MAX_BANDS], pheomelanin[SPECTRUM_MAX_BANDS];
     double base[SPECTRUM_MAX_BANDS];
     double oxy[SPECTRUM_MAX_BANDS], deoxy[SPECTRUM_MAX_BANDS];
     double sigma_s_prime[SPECTRUM_MAX_BANDS];
     double log_nm[SPECTRUM_MAX_BANDS]; /* ln(l / CHROMOPHORES_LOG_NM), for power laws */
+    size_t n;                          /* bands; last, so that the rows lie as the struct does */
 };
 
 /* STATUS_RANGE where a band lies outside 250..1000 nm, n is 0 or too large, or

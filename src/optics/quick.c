@@ -1,7 +1,8 @@
 /* quick.c - the two closed-form models over whole vectors of bands.
  *
  * Each loop below is compiled for several kinds of vectors (inlined into functions of those
- * targets) and does the same operations in the same order in all of them. */
+ * targets) and does the same operations in the same order in all of them; only whether its
+ * exponentials are fused differs. */
 #include "optics/quick.h"
 
 #include <math.h>
@@ -27,15 +28,15 @@ struct quick_job {
 /* The rows of a job do not overlap, which the compiler would else ask before each loop. */
 #if defined(__clang__)
 #define QUICK_LOOP _Pragma("clang loop vectorize(assume_safety)")
-#define QUICK_WIDE "avx512f,avx512dq,avx512vl"
+#define QUICK_WIDE "fma,avx512f,avx512dq,avx512vl"
 #else
 #define QUICK_LOOP _Pragma("GCC ivdep")
-#define QUICK_WIDE "avx512f,avx512dq,avx512vl,prefer-vector-width=512"
+#define QUICK_WIDE "fma,avx512f,avx512dq,avx512vl,prefer-vector-width=512"
 #endif
 
 /* ---- coefficients: as tissue_medium() ---------------------------------------------------- */
 
-QUICK_INLINE void coefficients(const struct quick_job *q)
+QUICK_INLINE void coefficients(const struct quick_job *q, bool fused)
 {
     const struct chromophores *restrict c = q->c;
     double Cm = q->t->Cm, Bm = q->t->Bm, Ch = q->t->Ch, gamma = q->t->gamma;
@@ -58,7 +59,7 @@ QUICK_INLINE void coefficients(const struct quick_job *q)
     } else {
         QUICK_LOOP
         for (size_t i = 0; i < q->stride; i++) {
-            law[i] = quick_exp(-b * c->log_nm[i]);
+            law[i] = quick_exp(fused, -b * c->log_nm[i]);
             ss1[i] = a * law[i];
             ss2[i] = a * law[i];
         }
@@ -67,9 +68,10 @@ QUICK_INLINE void coefficients(const struct quick_job *q)
 
 /* ---- half space -------------------------------------------------------------------------- */
 
-/* optics/half_space.c's formulas, with one division: k = sqrt(3 sigma_a sigma_t') is s sigma_t'.
+/* optics/half_space.c's formulas, with one division: k = sqrt(3 sigma_a sigma_t') is s sigma_t'
+ * and 3 sigma_a/s.
  * Whether every band is in range. */
-QUICK_INLINE bool half_space(const struct quick_job *q, bool slopes)
+QUICK_INLINE bool half_space(const struct quick_job *q, bool fused, bool slopes)
 {
     double steeper = 1.0 + 4.0 / 3.0 * q->A, half = 0.5 * q->entering;
     const double *restrict sa1 = q->sa1, *restrict sa2 = q->sa2, *restrict ss1 = q->ss1;
@@ -79,10 +81,11 @@ QUICK_INLINE bool half_space(const struct quick_job *q, bool slopes)
     QUICK_LOOP
     for (size_t i = 0; i < q->stride; i++) {
         double sigma_a = sa1[i] + sa2[i], st = sigma_a + ss1[i];
-        double k = sqrt(3.0 * sigma_a * st), together = 1.0 / (st * k);
-        double inverse = together * k, s = k * inverse, i_s = st * st * together;
+        /* Its root and its division do not wait for each other. */
+        double both = 1.0 / (st * sigma_a), inverse = both * sigma_a;
+        double k = sqrt(3.0 * sigma_a * st), s = k * inverse, i_s = k * both * (1.0 / 3.0) * st;
         double mu = ss1[i] * inverse, b = sigma_a * inverse;
-        double slow = quick_exp(-s), fast = quick_exp(-steeper * s);
+        double slow = quick_exp(fused, -s), fast = quick_exp(fused, -steeper * s);
         double g = slow + fast, fall = slow + steeper * fast, outside = half * inverse;
         R[i] = half * mu * g;
         if (slopes) {
@@ -99,7 +102,7 @@ QUICK_INLINE bool half_space(const struct quick_job *q, bool slopes)
 /* R = H + (r1 - r2) G/M of optics/two_layer_slopes.c, its third form, which takes no branches:
  * what it loses where the epidermis is thin is 1/y.  Divisions cost as much as ten products,
  * so several quantities share one. */
-QUICK_INLINE bool two_layer(const struct quick_job *q, bool slopes, bool all)
+QUICK_INLINE bool two_layer(const struct quick_job *q, bool fused, bool slopes, bool all)
 {
     const double *restrict sa1 = q->sa1, *restrict sa2 = q->sa2;
     const double *restrict ss1 = q->ss1, *restrict ss2 = q->ss2;
@@ -124,8 +127,8 @@ QUICK_INLINE bool two_layer(const struct quick_job *q, bool slopes, bool all)
         double r1 = k1 * i1, r2 = k2 * i2;
 
         /* e^-y, e^-x and their likes; p and its fall at 2y by those at y. */
-        struct quick_decay z = quick_decay_of(apart, i_apart);
-        struct quick_decay once = quick_decay_of(y, i_k1 * i_d);
+        struct quick_decay z = quick_decay_of(fused, apart, i_apart);
+        struct quick_decay once = quick_decay_of(fused, y, i_k1 * i_d);
         double fading = once.e, T = fading * z.e, g = fading * z.mean;
         double g_x = -fading * z.fall, g_y = -g - g_x;
         double twice = fading * fading, more = 1.0 + fading, left = 1.0 + twice;
@@ -218,14 +221,14 @@ QUICK_INLINE void chain(const struct quick_job *q)
 enum quick_kernel { HALF_SPACE_R, HALF_SPACE, TWO_LAYER_R, TWO_LAYER, TWO_LAYER_ALL };
 
 /* Constants, so that each of the loops is made for its own. */
-QUICK_INLINE bool run(const struct quick_job *q, enum quick_kernel kernel)
+QUICK_INLINE bool run(const struct quick_job *q, bool fused, enum quick_kernel kernel)
 {
-    coefficients(q);
-    bool good = kernel == HALF_SPACE_R  ? half_space(q, false)
-                : kernel == HALF_SPACE  ? half_space(q, true)
-                : kernel == TWO_LAYER_R ? two_layer(q, false, false)
-                : kernel == TWO_LAYER   ? two_layer(q, true, false)
-                                        : two_layer(q, true, true);
+    coefficients(q, fused);
+    bool good = kernel == HALF_SPACE_R  ? half_space(q, fused, false)
+                : kernel == HALF_SPACE  ? half_space(q, fused, true)
+                : kernel == TWO_LAYER_R ? two_layer(q, fused, false, false)
+                : kernel == TWO_LAYER   ? two_layer(q, fused, true, false)
+                                        : two_layer(q, fused, true, true);
     if (good)
         chain(q);
     return good;
@@ -233,25 +236,26 @@ QUICK_INLINE bool run(const struct quick_job *q, enum quick_kernel kernel)
 
 static bool run_plain(const struct quick_job *q, enum quick_kernel kernel)
 {
-    return run(q, kernel);
+    return run(q, false, kernel);
 }
 
 #if defined(__x86_64__) && defined(__GNUC__)
-__attribute__((target("avx2"))) static bool run_avx2(const struct quick_job *q,
-                                                     enum quick_kernel kernel)
+__attribute__((target("avx2,fma"))) static bool run_avx2(const struct quick_job *q,
+                                                         enum quick_kernel kernel)
 {
-    return run(q, kernel);
+    return run(q, true, kernel);
 }
 
 __attribute__((target(QUICK_WIDE))) static bool run_avx512(const struct quick_job *q,
                                                            enum quick_kernel kernel)
 {
-    return run(q, kernel);
+    return run(q, true, kernel);
 }
 
 bool quick_has(enum quick_vectors v)
 {
-    return v == QUICK_PLAIN || (v == QUICK_AVX2 && __builtin_cpu_supports("avx2")) ||
+    return v == QUICK_PLAIN ||
+           (v == QUICK_AVX2 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) ||
            (v == QUICK_AVX512 && __builtin_cpu_supports("avx512f") &&
             __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"));
 }
@@ -302,58 +306,77 @@ static enum status slow_slopes(const struct model *model, const struct tissue *t
     return STATUS_OK;
 }
 
-enum status quick_slopes_by(enum quick_vectors v, const struct model *model, const struct tissue *t,
-                            const struct chromophores *c, unsigned wanted, double *scratch,
-                            double *R, double *J)
+void quick_init(const struct model *model, const struct chromophores *c, double eta,
+                struct quick *ret)
 {
-    size_t stride = QUICK_STRIDE(c->n);
+    *ret = (struct quick){ .model = model, .c = c, .eta = eta, .vectors = best_vectors() };
+    ret->formulas =
+        model->quick != MODEL_QUICK_NONE && dipole_A(eta, &ret->A) == STATUS_OK && eta <= 3.7;
+    ret->entering = 1.0 - dipole_Rs(eta);
+}
+
+/* Which loops, for the parameters that are wanted of a skin and change it. */
+static enum quick_kernel kernel_for(bool two, unsigned wanted)
+{
     const unsigned scattering = QUICK_WANT(TISSUE_EPIDERMIS_MM) | QUICK_WANT(TISSUE_SCATTERING_A) |
                                 QUICK_WANT(TISSUE_SCATTERING_B);
-    double *slow_scratch = scratch + 9 * stride, A;
-    if (model->quick == MODEL_QUICK_NONE || tissue_check(t) != STATUS_OK ||
-        dipole_A(t->eta, &A) != STATUS_OK || t->eta > 3.7)
-        return slow_slopes(model, t, c, wanted, slow_scratch, R, J);
-    bool two = model->quick == MODEL_QUICK_TWO_LAYER;
+    if (!two)
+        return wanted == 0 ? HALF_SPACE_R : HALF_SPACE;
+    return wanted == 0 ? TWO_LAYER_R : wanted & scattering ? TWO_LAYER_ALL : TWO_LAYER;
+}
+
+enum status quick_skin(const struct quick *q, const struct tissue *t, unsigned wanted,
+                       double *scratch, double *R, double *J)
+{
+    const struct chromophores *c = q->c;
+    size_t stride = QUICK_STRIDE(c->n);
+    double *slow_scratch = scratch + 9 * stride;
+    if (!q->formulas || tissue_check(t) != STATUS_OK)
+        return slow_slopes(q->model, t, c, wanted, slow_scratch, R, J);
+    bool two = q->model->quick == MODEL_QUICK_TWO_LAYER;
     /* Parameters that this skin or model does not look at: their rows are 0. */
     unsigned without = two ? 0 : QUICK_WANT(TISSUE_EPIDERMIS_MM);
     if (t->scattering_a == 0.0)
         without |= QUICK_WANT(TISSUE_SCATTERING_A) | QUICK_WANT(TISSUE_SCATTERING_B);
-    enum quick_kernel kernel = !two && wanted == 0                ? HALF_SPACE_R
-                               : !two                             ? HALF_SPACE
-                               : wanted == 0                      ? TWO_LAYER_R
-                               : (wanted & ~without & scattering) ? TWO_LAYER_ALL
-                                                                  : TWO_LAYER;
-    double *row[9];
-    for (size_t k = 0; k < 9; k++)
-        row[k] = scratch + k * stride;
-    struct quick_job q = {
+    struct quick_job job = {
         .stride = stride,
         .d = t->epidermis_mm,
-        .A = A,
-        .entering = 1.0 - dipole_Rs(t->eta),
+        .A = q->A,
+        .entering = q->entering,
         .t = t,
         .c = c,
-        .sa1 = row[0],
-        .sa2 = row[1],
-        .ss1 = row[2],
-        .ss2 = row[3],
-        .law = row[4],
-        .by_sa1 = row[5],
-        .by_sa2 = row[6],
-        .by_ss = row[7],
-        .by_d = row[8],
+        .sa1 = scratch,
+        .sa2 = scratch + stride,
+        .ss1 = scratch + 2 * stride,
+        .ss2 = scratch + 3 * stride,
+        .law = scratch + 4 * stride,
+        .by_sa1 = scratch + 5 * stride,
+        .by_sa2 = scratch + 6 * stride,
+        .by_ss = scratch + 7 * stride,
+        .by_d = scratch + 8 * stride,
         .R = R,
         .J = J,
         .wanted = wanted & ~without,
     };
-    if (!run_by(v, &q, kernel))
-        return slow_slopes(model, t, c, wanted, slow_scratch, R, J);
+    if (!run_by(q->vectors, &job, kernel_for(two, job.wanted)))
+        return slow_slopes(q->model, t, c, wanted, slow_scratch, R, J);
     for (size_t i = c->n; i < stride; i++)
         R[i] = 0.0;
-    for (size_t p = 0; p < TISSUE_PARAMETERS; p++)
-        if (wanted & without & QUICK_WANT(p))
-            memset(J + p * stride, 0, stride * sizeof *J);
+    if (wanted & without)
+        for (size_t p = 0; p < TISSUE_PARAMETERS; p++)
+            if (wanted & without & QUICK_WANT(p))
+                memset(J + p * stride, 0, stride * sizeof *J);
     return STATUS_OK;
+}
+
+enum status quick_slopes_by(enum quick_vectors v, const struct model *model, const struct tissue *t,
+                            const struct chromophores *c, unsigned wanted, double *scratch,
+                            double *R, double *J)
+{
+    struct quick q;
+    quick_init(model, c, t->eta, &q);
+    q.vectors = v;
+    return quick_skin(&q, t, wanted, scratch, R, J);
 }
 
 enum status quick_slopes(const struct model *model, const struct tissue *t,
