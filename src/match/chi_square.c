@@ -5,6 +5,8 @@
 #include <float.h>
 #include <math.h>
 
+#include "base/units.h"
+
 /* x^a e^-x / Gamma(a + 1). */
 static double term(double a, double x)
 {
@@ -38,6 +40,20 @@ static double upper(double a, double x)
     return a > whole ? sum + erfc(sqrt(x)) : sum;
 }
 
+/* The same from Q(0, x) or Q(1/2, x) up: no logarithm, but as many terms as a.  Not
+ * where e^-x is too small for a double, nor where Q is 1 but for rounding. */
+static double upwards(double a, double x)
+{
+    double whole = floor(a), off = a - whole;
+    double next = off > 0.0 ? 2.0 / sqrt(UNITS_PI) * sqrt(x) * exp(-x) : exp(-x);
+    double sum = off > 0.0 ? erfc(sqrt(x)) : 0.0;
+    for (double i = 1.0; i <= whole; i += 1.0) {
+        sum += next;
+        next *= x / (i + off);
+    }
+    return fmin(sum, 1.0);
+}
+
 double chi_square_above(double value, size_t degrees)
 {
     double a = 0.5 * (double)degrees, x = 0.5 * value;
@@ -45,5 +61,7 @@ double chi_square_above(double value, size_t degrees)
         return 1.0;
     if (isinf(value) || degrees == 0)
         return 0.0;
+    if (a < 64.0 && x > 0.5 * a && x < 700.0)
+        return upwards(a, x);
     return x < a + 1.0 ? 1.0 - lower(a, x) : fmin(upper(a, x), 1.0);
 }

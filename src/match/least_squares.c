@@ -346,8 +346,9 @@ enum status least_squares_run(const struct least_squares *problem, double *x, st
     struct step step;
     bool failed = false, trusted = false; /* the last step kept what it promised */
     int looks = 0;
+    double last_gain = 0.0;
     step_init(&step, problem, at, x);
-    *run = (struct least_squares_run){ .evaluations = 1 };
+    *run = (struct least_squares_run){ .left = INFINITY, .evaluations = 1 };
     for (size_t i = 0; i < n; i++)
         x[i] = clamp(x[i], problem->lo[i], problem->hi[i]);
     problem->evaluate(problem->context, x, at);
@@ -363,6 +364,7 @@ enum status least_squares_run(const struct least_squares *problem, double *x, st
         }
         if (gain < problem->unseen && step.damping == 0.0 && trusted) {
             last_step(&step, x, at, gain);
+            run->left = gain * gain / last_gain;
             run->converged = true;
             run->iterations++;
             return STATUS_OK;
@@ -378,6 +380,7 @@ enum status least_squares_run(const struct least_squares *problem, double *x, st
             trial = left == at ? at : &second;
             double share = (chi_square - step.normal->chi_square) / gain;
             trusted = fabs(share - 1.0) < 0.2;
+            last_gain = gain;
             damp(&step, share);
         }
     }

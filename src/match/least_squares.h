@@ -40,6 +40,9 @@ struct least_squares {
 
 struct least_squares_run {
     bool converged; /* false: the step limit was reached */
+    /* By how much chi^2 could still fall after a last step that was not looked at, if the steps
+     * after it shrank only as much as it has; INFINITY where the last step was looked at. */
+    double left;
     size_t iterations, evaluations;
 };
 

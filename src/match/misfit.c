@@ -182,7 +182,27 @@ static void evaluate(const struct misfit *m, const double *x, bool straight, str
 
 void misfit_evaluate(void *misfit, const double *x, struct normal *ret)
 {
-    evaluate(misfit, x, false, ret);
+    const struct misfit *m = misfit;
+    memcpy(m->scratch->x, x, m->n * sizeof *x);
+    evaluate(m, x, false, ret);
+}
+
+bool misfit_follow(const struct misfit *m, const double *x, double *fitted)
+{
+    size_t n = m->chromophores->n, stride = QUICK_STRIDE(n);
+    if (m->groups > 1)
+        return false;
+    memcpy(fitted, m->scratch->R, n * sizeof *fitted); /* the residual there, whitened */
+    for (size_t p = 0; p < SKIN_PARAMETERS; p++) {
+        const double *row = m->scratch->J + p * stride;
+        double way = m->places[p] > 0 ? x[m->first[p]] - m->scratch->x[m->first[p]] : 0.0;
+        for (size_t i = 0; m->places[p] > 0 && i < n; i++)
+            fitted[i] += way * row[i];
+    }
+    whitener_undo(&m->whitener, fitted);
+    for (size_t i = 0; i < n; i++)
+        fitted[i] += m->measured[0][i];
+    return true;
 }
 
 static double inside(const struct misfit *m, size_t i, double x)

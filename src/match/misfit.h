@@ -21,8 +21,9 @@ enum { MISFIT_ALIGNED = 64 };
 struct misfit_scratch {
     _Alignas(MISFIT_ALIGNED) double model[QUICK_SCRATCH(SPECTRUM_MAX_BANDS)];
     _Alignas(MISFIT_ALIGNED) double R[SPECTRUM_MAX_BANDS];
-    _Alignas(MISFIT_ALIGNED) double J[SKIN_PARAMETERS *
-                                      SPECTRUM_MAX_BANDS]; /* rows QUICK_STRIDE(bands) apart */
+    /* Rows QUICK_STRIDE(bands) apart. */
+    _Alignas(MISFIT_ALIGNED) double J[SKIN_PARAMETERS * SPECTRUM_MAX_BANDS];
+    double x[LEAST_SQUARES_MAX]; /* where both were last computed for misfit_evaluate() */
 };
 
 struct misfit {
@@ -70,6 +71,11 @@ void misfit_approach(const struct misfit *m, double *x);
 
 /* The problem of finding its minimum. */
 struct least_squares misfit_problem(struct misfit *m, double tolerance, size_t steps);
+
+/* The reflectance at x into fitted[chromophores->n] by R and its derivatives where
+ * misfit_evaluate() was last, which is good to the square of the way from there; a band that
+ * was not measured is NAN.  False, and nothing is set, where several groups are compared. */
+bool misfit_follow(const struct misfit *m, const double *x, double *fitted);
 
 /* Chi^2 at x alone, and the mean of the groups' reflectances into fitted[chromophores->n].
  * INFINITY where the model takes no such skin. */

@@ -119,6 +119,17 @@ void whitener_apply(const struct whitener *w, double *v)
             v[i] -= part[k] * w->direction[k][i];
 }
 
+/* The directions are orthonormal: what apply() took off is what is left of it, grown. */
+void whitener_undo(const struct whitener *w, double *v)
+{
+    double part[NOISE_RANK] = { 0 };
+    for (size_t k = 0; k < w->rank; k++)
+        part[k] = w->shrink[k] / (1.0 - w->shrink[k]) * dot(w->direction[k], v, w->n);
+    for (size_t k = 0; k < w->rank; k++)
+        for (size_t i = 0; i < w->n; i++)
+            v[i] += part[k] * w->direction[k][i];
+}
+
 /* ---- from replicates --------------------------------------------------------------- */
 
 static bool all_have(const struct spectrum *replicate, size_t n, size_t band)

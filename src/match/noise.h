@@ -71,4 +71,7 @@ void whitener_init(const struct noise *noise, size_t replicates, const double *n
 /* v[n] becomes white C^-1/2 v: products of such vectors are still to be divided by white2. */
 void whitener_apply(const struct whitener *w, double *v);
 
+/* And back. */
+void whitener_undo(const struct whitener *w, double *v);
+
 #endif

@@ -19,6 +19,9 @@
 /* A step that promises less, after one that kept its promise, is the last: what it leaves is
  * smaller by the square of how much curvature changes on the way. */
 #define UNSEEN 1e-3
+/* Where no more than this can be left of chi^2 after it, 3e-4 standard errors, what it leads to is
+ * taken from the derivatives before it. */
+#define LEFT 1e-7
 enum { STEPS = 60 };
 /* Another minimum is told where its chi^2 is above the best by less than this (the 99.9 %
  * point for one degree of freedom) and some parameter is off by more than so many standard
@@ -251,8 +254,8 @@ static void guess(const struct refiner *r, const struct site *site, double *x)
 }
 
 /* Down to the minimum from at->x; fitted[bands] is then what fits best.  The last step is
- * taken unseen, but chi^2 is that of where it leads, and where it is not what was promised
- * the way is gone again step by step. */
+ * taken unseen; if it is not a very small one chi^2 is that of where it leads, and where it is not
+ * what was promised the way is gone again step by step. */
 static enum status descend(struct misfit *m, struct minimum *at, struct least_squares_run *run,
                            double *fitted)
 {
@@ -261,6 +264,8 @@ static enum status descend(struct misfit *m, struct minimum *at, struct least_sq
     enum status s = least_squares_run(&problem, at->x, &at->normal, run);
     if (s != STATUS_OK)
         return s;
+    if (run->left < LEFT && misfit_follow(m, at->x, fitted))
+        return STATUS_OK;
     double chi_square = misfit_chi_square(m, at->x, fitted);
     if (!(fabs(chi_square - at->normal.chi_square) < UNSEEN)) {
         struct least_squares_run more;
@@ -379,6 +384,7 @@ static bool describe(struct misfit *m, struct minimum *at, unsigned want, struct
 static void widen(const struct refiner *r, const struct site *site, const struct minimum *at,
                   double spread[SKIN_PARAMETERS], struct refined *ret)
 {
+    double repeated = sqrt(site->repeated);
     for (size_t i = 0; i < SKIN_PARAMETERS; i++)
         spread[i] = 0.0;
     if (spread_any(&r->fit))
@@ -386,7 +392,8 @@ static void widen(const struct refiner *r, const struct site *site, const struct
     for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
         const struct skin_role *role = &r->fit.role[i];
         double value = ret->value[i], half = Z_95 * spread[i], most = role->hi - role->lo;
-        ret->repeat_se[i] = fmin(hypot(sqrt(site->repeated) * ret->se[i], spread[i]), most);
+        double again = repeated * ret->se[i];
+        ret->repeat_se[i] = fmin(spread[i] == 0.0 ? again : hypot(again, spread[i]), most);
         if (spread[i] == 0.0)
             continue;
         ret->se[i] = fmin(hypot(ret->se[i], spread[i]), most);
@@ -432,9 +439,12 @@ static void compare(const struct refiner *r, const struct site *site, const doub
                     unsigned want, struct refined *ret)
 {
     double sum = 0.0, XYZ[3], Lab[2][3];
+    double *residual = ret->residual;
+    for (size_t i = 0; i < r->bands; i++)
+        residual[i] = site->mean[i] - fitted[i];
     for (size_t i = 0; i < r->bands; i++) {
-        ret->residual[i] = site->mean[i] - fitted[i];
-        sum += site->weight[i] == 0.0 ? 0.0 : ret->residual[i] * ret->residual[i];
+        double off = isnan(residual[i]) ? 0.0 : residual[i];
+        sum += off * off;
     }
     ret->rms = sqrt(sum / (double)site->measured);
     ret->dE00 = NAN;

@@ -3,6 +3,7 @@
 #include "match/noise.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "tests/support/dice.h"
 #include "unity.h"
@@ -65,12 +66,16 @@ static void test_whitening_is_the_inverse_of_the_covariance(void)
                 weight[i] = turn > 10 && dice_below(&dice, 3) == 0 ? 0.0 : 1.0;
                 v[i] = weight[i] * dice_between(&dice, -1.0, 1.0);
             }
-            double expect = form(&noises[k], (double)replicates, nm, weight, v);
+            double expect = form(&noises[k], (double)replicates, nm, weight, v), before[BANDS];
+            memcpy(before, v, sizeof v);
             whitener_init(&noises[k], replicates, nm, weight, BANDS, scratch, &w);
             whitener_apply(&w, v);
             for (size_t i = 0; i < BANDS; i++)
                 sum += v[i] * v[i] / w.white2;
             TEST_ASSERT_DOUBLE_WITHIN(1e-8 * expect, expect, sum);
+            whitener_undo(&w, v);
+            for (size_t i = 0; i < BANDS; i++)
+                TEST_ASSERT_DOUBLE_WITHIN(1e-9, before[i], v[i]);
         }
     }
 }

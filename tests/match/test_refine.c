@@ -123,6 +123,35 @@ static void test_the_start_does_not_matter(void)
     }
 }
 
+/* Residual and chi^2 are those of the answer, though the last step is not looked at.  expect: the
+ * model's plain reflectance there.  Measured: within 3e-7 and 4e-6. */
+static void test_residuals_are_those_of_the_answer(void)
+{
+    static const double start[2][SKIN_PARAMETERS] = { { 0.05, 0.5, 0.01 }, { 0.2, 0.1, 0.05 } };
+    const struct noise noises[2] = { { .white = 0.003 }, { 0.003, 0.009, 0.4 } };
+    static struct chromophores c;
+    double scratch[MEDIUM_SCRATCH(BANDS)], R[BANDS];
+    TEST_ASSERT_TRUE(figures_read(noisy[1], &table));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, chromophores_init(400, 10, BANDS, &c));
+    struct fit fit = three("two-layer");
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, refiner_open(&fit, 400, 10, BANDS, &refiner, NULL));
+    for (size_t k = 0; k < 400; k++) {
+        struct spectrum s = spectrum_of(&table, k / 4);
+        double sum = 0.0;
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, refiner_run(refiner, &noises[k & 1], &s, 1,
+                                                     start + (k / 2 & 1), 1, 0, &answer, NULL));
+        struct tissue t = fit_tissue(&fit, answer.value);
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, model_reflectance(fit.model, &t, &c, scratch, R));
+        for (size_t i = 0; i < BANDS; i++) {
+            double r = s.value[i] - R[i];
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6, r, answer.residual[i]);
+            sum += r * r / (0.003 * 0.003);
+        }
+        if ((k & 1) == 0)
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4, sum, answer.chi_square);
+    }
+}
+
 /* The end of an interval, held there: the best of the rest is worse by 3.841. */
 static void test_interval_ends_are_where_chi_square_has_risen(void)
 {
@@ -612,6 +641,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_spectra_without_noise_give_the_skin_back);
     RUN_TEST(test_the_start_does_not_matter);
+    RUN_TEST(test_residuals_are_those_of_the_answer);
     RUN_TEST(test_interval_ends_are_where_chi_square_has_risen);
     RUN_TEST(test_replicates_count_as_their_mean);
     RUN_TEST(test_fits_that_make_no_sense_are_refused);
