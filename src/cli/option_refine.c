@@ -34,6 +34,9 @@ static void take_fix(const char *text, struct argp_state *state, struct refine_w
                    text);
     else if (number_parse(text + n + 1, &x) != STATUS_OK || !isfinite(x))
         argp_error(state, "--fix: '%s' is no number", text + n + 1);
+    else if (!isnan(wish->fix[i]))
+        argp_error(state, "--fix: %s is fixed twice, at %g and at %g; give it once",
+                   skin_parameter_name(i), wish->fix[i], x);
     else
         wish->fix[i] = x;
 }

@@ -269,6 +269,7 @@ class Refusals(Case):
             (("--refine", "--fix", "Bm"), "NAME=X"),
             (("--refine", "--fix", "Dm=1"), "scattering_b"),
             (("--refine", "--fix", "Bm=x"), "no number"),
+            (("--refine", "--fix", "Bm=0.1", "--fix", "Bm=0.2"), "Bm is fixed twice"),
             (("--refine", "--fix", "Bm=nan"), "no number"),
             (("--refine", "--fix", "Bm=1.5"), "fixed Bm"),
             (("--refine", "--fix", "Cm=0.7"), "fixed Cm"),
