@@ -151,8 +151,8 @@ enum status fit_check(const struct fit *fit, const char **why)
     const char *wrong = NULL;
     enum status s = STATUS_OK;
     if (fit->model->slopes == NULL) {
-        wrong = "this model has no derivatives, so there is nothing to refine by; take half-space "
-                "or two-layer";
+        wrong = "this model has no derivatives, so there is nothing to refine by; take a table of "
+                "another model, such as two-layer";
         s = STATUS_UNSUPPORTED;
     } else if ((wrong = fault(fit)) != NULL) {
         s = STATUS_RANGE;

@@ -63,6 +63,9 @@ static enum status hold(struct fit *fit, size_t i, double value, const char **wh
     struct skin_role *role = &fit->role[i];
     if (!fit->own_scattering && i >= SKIN_SCATTERING_A)
         return refuse(why, "this fit has the scattering of the table; to fix another, fit skin");
+    if (i == SKIN_EPIDERMIS_MM && !fit->model->has_thickness)
+        return refuse(why, "this model has no epidermis, so its thickness cannot be fixed; take a "
+                           "table of another, such as two-layer");
     if (!(value >= role->lo && value <= role->hi))
         return refuse(why, outside[i]);
     *role =

@@ -58,6 +58,8 @@ static const struct fix_case {
     { "what no blood has", "two-layer", SKIN_SO2, 1.5, STATUS_RANGE, "SO2" },
     { "thickness", "two-layer", SKIN_EPIDERMIS_MM, 0.1, STATUS_OK, NULL },
     { "no thickness", "two-layer", SKIN_EPIDERMIS_MM, -0.1, STATUS_RANGE, "epidermis" },
+    { "a thickness of nothing", "half-space", SKIN_EPIDERMIS_MM, 0.1, STATUS_RANGE,
+      "no epidermis" },
     { "scattering of its own", "two-layer", SKIN_SCATTERING_A, 3, STATUS_RANGE, "scattering" },
     { "a model without spectra", "paper", SKIN_BM, 0.5, STATUS_UNSUPPORTED, "model" },
 };
