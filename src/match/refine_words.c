@@ -34,20 +34,23 @@ const char *refine_flag_name(size_t i)
 }
 
 /* Where pigment is this dark, it is why blood cannot be told; and where it is this light,
- * why the blend cannot. */
+ * why the blend cannot.  Between them noise is why. */
 #define DARK_CM 0.1
+#define LIGHT_CM 0.01
 
 static const char *undetermined(const struct refined *r, enum skin_parameter i)
 {
     static const char *const sentence[SKIN_PARAMETERS] = {
         [SKIN_CM] = "Cm cannot be told from this spectrum",
-        [SKIN_BM] = "Bm cannot be told at this melanin",
+        [SKIN_BM] = "Bm cannot be told from this spectrum",
         [SKIN_CH] = "Ch cannot be told from this spectrum",
         [SKIN_SO2] = "SO2 cannot be told from this spectrum",
         [SKIN_EPIDERMIS_MM] = "the thickness of the epidermis cannot be told from this spectrum",
         [SKIN_SCATTERING_A] = "the size of the scattering cannot be told from this spectrum",
         [SKIN_SCATTERING_B] = "the slope of the scattering cannot be told from this spectrum",
     };
+    if (i == SKIN_BM && (r->value[SKIN_CM] <= LIGHT_CM || r->value[SKIN_CM] >= DARK_CM))
+        return "Bm cannot be told at this melanin";
     if (i == SKIN_CH && r->value[SKIN_CM] >= DARK_CM)
         return "Ch cannot be told in skin this dark";
     if (i == SKIN_SO2 && r->value[SKIN_CM] >= DARK_CM)

@@ -467,6 +467,13 @@ static void test_what_cannot_be_told_is_said(void)
     TEST_ASSERT_TRUE(answer.flags & (unsigned)REFINE_UNDETERMINED << SKIN_CH);
     TEST_ASSERT_TRUE(says("Ch cannot be told in skin this dark"));
 
+    const struct noise loud = noise_white(0.05);
+    s = skin_of(0.05, 0.5, 0.02, 0.0); /* melanin enough, but for such a noise */
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, run(&fit, &loud, &s, 1, NULL));
+    TEST_ASSERT_TRUE(answer.flags & (unsigned)REFINE_UNDETERMINED << SKIN_BM);
+    TEST_ASSERT_TRUE(says("Bm cannot be told from this spectrum"));
+    TEST_ASSERT_FALSE(says("at this melanin"));
+
     s = skin_of(0.05, 0.5, 0.02, 0.003); /* an everyday skin: nothing to say */
     TEST_ASSERT_EQUAL_INT(STATUS_OK, run(&fit, &noise, &s, 1, NULL));
     TEST_ASSERT_EQUAL_HEX(0, answer.flags);
