@@ -1,6 +1,7 @@
 /* station_table.c - tables as the station has them. */
 #include "station/station_table.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "station/parking.h"
@@ -39,6 +40,8 @@ bool station_table_refines(const struct loaded_table *table, const struct refine
         return true;
     refusal_set(refusal, s == STATUS_RANGE ? REASON_PARAMS_INVALID : REASON_TABLE_UNSUITABLE,
                 "model %s: %s", recipe->model->name, why != NULL ? why : status_text(s));
+    if (s == STATUS_RANGE) /* noise has ranges of its own: what is left is what was fixed */
+        snprintf(refusal->path, sizeof refusal->path, "/params/fix");
     return false;
 }
 

@@ -8,6 +8,7 @@ import io
 import json
 import sqlite3
 
+from client import Refused
 from daemon import FAST, Case, Daemon, main, new_uuid
 from support import EXAMPLES, TWO_LAYER, run
 from test_daemon_records import example_skins
@@ -86,6 +87,9 @@ class Matching(Case):
                      {"fix": {"Cm": 0.1, "Bm": 0.1, "Ch": 0.1}}):  # fmt: skip
             with self.subTest(more), self.refused("params_invalid"):
                 self.match(c, spectrum, **more)
+        with self.assertRaises(Refused) as caught:  # the hint says that data.path names the member
+            self.match(c, spectrum, fix={"Cm": 0.9})
+        self.assertEqual(caught.exception.path, "/params/fix")
         with self.refused("table_unsuitable"):
             self.match(c, spectrum, table="paper")
         with self.refused("spectrum_unsuitable"):
