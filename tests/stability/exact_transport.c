@@ -3,6 +3,7 @@
 #include "tests/stability/exact_transport.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "optics/transport.h"
 #include "tests/support/figures.h"
@@ -19,6 +20,15 @@ static double slope_error(const double *x, double R, int k, double expect, doubl
     return fabs(got - expect) / size;
 }
 
+/* NaN is worse than any number. */
+static void keep_worst(double error, const double x[6], double *worst, double at[6])
+{
+    if (isnan(*worst) || error <= *worst)
+        return;
+    *worst = error;
+    memcpy(at, x, 6 * sizeof *at);
+}
+
 static bool judge_row(const struct figures *t, size_t row, int streams, struct exact_transport *v)
 {
     double x[6], R, y[SLOPES];
@@ -30,10 +40,10 @@ static bool judge_row(const struct figures *t, size_t row, int streams, struct e
         return false;
     double expect = figures_at(t, row, ROW_R);
     v->cases++;
-    v->R = fmax(v->R, R == expect ? 0.0 : fabs(R - expect) / fabs(expect));
+    keep_worst(R == expect ? 0.0 : fabs(R - expect) / fabs(expect), x, &v->R, v->R_at);
     for (int k = 0; k < SLOPES; k++) {
         double exact = figures_at(t, row, ROW_SLOPES + (size_t)k);
-        v->slopes = fmax(v->slopes, slope_error(x, expect, k, exact, y[k]));
+        keep_worst(slope_error(x, expect, k, exact, y[k]), x, &v->slopes, v->slopes_at);
     }
     return true;
 }

@@ -10,6 +10,8 @@
 struct exact_transport {
     size_t cases;
     double R, slopes; /* worst relative errors */
+    /* Where each was: sigma_a1, sigma_s1', sigma_a2, sigma_s2', d, eta. */
+    double R_at[6], slopes_at[6];
 };
 
 /* false where the file cannot be read, has no row of so many streams, or one is refused. */

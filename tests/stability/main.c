@@ -54,6 +54,13 @@ static void run_room(const struct study_room *room, FILE *misses, struct count *
     }
 }
 
+static void show_medium(const char *what, const double x[6])
+{
+    printf("      %s at sigma_a1 %.17g sigma_s1' %.17g sigma_a2 %.17g sigma_s2' %.17g d %.17g eta "
+           "%.17g\n",
+           what, x[0], x[1], x[2], x[3], x[4], x[5]);
+}
+
 static void run_transport(const char *name, struct count *c)
 {
     static const int streams[] = { 4, 8, 16, 32 };
@@ -64,6 +71,8 @@ static void run_transport(const char *name, struct count *c)
                    v.slopes <= EXACT_TRANSPORT_BAR;
         printf("  transport-%-20d %7zu %10.3g %10.3g %5g  %s\n", streams[i], v.cases, v.R, v.slopes,
                EXACT_TRANSPORT_BAR, met ? "met" : "NOT MET");
+        show_medium("R", v.R_at);
+        show_medium("slopes", v.slopes_at);
         count(c, met);
     }
 }
