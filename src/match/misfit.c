@@ -88,14 +88,15 @@ static void whiten(const struct misfit *m, double *v)
 
 /* Residual r and derivatives of group g from R to the scale of ln R:  m ln(R/m), for which
  * 2m (R-m)/(R+m) does as well (Pade), and its derivative.  Both are those of R where R is m. */
-static void straighten(const struct misfit *m, size_t g, double *r)
+static void straighten(const struct misfit *m, size_t g, double *restrict r)
 {
     size_t n = m->chromophores->n, stride = QUICK_STRIDE(n);
-    double *steeper = m->scratch->model; /* free now */
+    const double *restrict given = m->measured[g];
+    double *restrict steeper = m->scratch->model; /* free now */
     for (size_t i = 0; i < n; i++) {
         /* Where noise has left nothing, or nothing was measured, the band counts for little. */
-        double R = m->measured[g][i], least = 1e-3, measured = R > least ? R : least;
-        double w = 2.0 * measured / (r[i] + R + measured);
+        double least = 1e-3, measured = given[i] > least ? given[i] : least;
+        double w = 2.0 * measured / (r[i] + 2.0 * measured);
         r[i] *= w;
         steeper[i] = w * w;
     }

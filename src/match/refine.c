@@ -132,10 +132,10 @@ static const char *spectrum_fault(const struct refiner *r, const struct spectrum
 {
     if (s->n != r->bands || s->first_nm != r->first_nm || s->step_nm != r->step_nm)
         return "the spectra must have the bands that the fit was made for";
-    int wrong = 0; /* of all bands together, by vectors */
+    size_t wrong = 0; /* of all bands together, by vectors */
     for (size_t i = 0; i < s->n; i++)
-        wrong |= fabs(s->value[i]) > REFINE_R_MAX; /* NaN is not */
-    if (wrong)
+        wrong += fabs(s->value[i]) > REFINE_R_MAX ? 1u : 0u; /* NaN is not */
+    if (wrong > 0)
         return "a reflectance is far outside 0..1; give fractions, not percent";
     return NULL;
 }
@@ -525,10 +525,10 @@ enum status refiner_run(const struct refiner *refiner, const struct noise *noise
 {
     struct site site;
     enum status s = noise_check(noise, why);
+    if (s == STATUS_OK) /* few numbers: memory fetches the spectra meanwhile */
+        s = check_starts(starts, n_starts, why);
     if (s == STATUS_OK)
         s = check_spectra(refiner, spectra, replicates, why);
-    if (s == STATUS_OK)
-        s = check_starts(starts, n_starts, why);
     if (s == STATUS_OK)
         s = site_init(refiner, noise, spectra, replicates, &site, why);
     if (s != STATUS_OK)
