@@ -241,16 +241,40 @@ static enum status site_init(const struct refiner *r, const struct noise *noise,
 
 /* ---- the fit --------------------------------------------------------------------------- */
 
-/* Values of a fit where nothing is known, but for the three that the half space gives. */
-static void guess(const struct refiner *r, const struct site *site, double *x)
+/* The closed form of the half space gives these three, if nothing else is free nearly as the fit
+ * itself does: nearer than a row of a table. */
+static bool closed_form(const struct fit *fit)
+{
+    const unsigned three = 1u << SKIN_CM | 1u << SKIN_BM | 1u << SKIN_CH;
+    return fit->model->quick == MODEL_QUICK_HALF_SPACE && fit_free(fit) == three;
+}
+
+/* The three by the half space, the others as given; all where it has no answer. */
+static void guess(const struct refiner *r, const struct site *site,
+                  const double given[SKIN_PARAMETERS], double *x)
 {
     double value[SKIN_PARAMETERS];
-    struct tissue t = fit_tissue(&r->fit, values_at_start(&r->fit, value));
+    memcpy(value, given, sizeof value);
+    struct tissue t = fit_tissue(&r->fit, value);
     start_guess(&r->start, site->mean, site->weight, &t);
     value[SKIN_CM] = t.Cm;
     value[SKIN_BM] = t.Bm;
     value[SKIN_CH] = t.Ch;
     misfit_vector(&site->misfit, value, x);
+}
+
+/* Where the fit begins, into x; how often the model was evaluated for that. */
+static size_t begin(const struct refiner *r, const struct site *site,
+                    const double (*starts)[SKIN_PARAMETERS], size_t n_starts, double *x)
+{
+    double value[SKIN_PARAMETERS];
+    if (n_starts == 0 || closed_form(&r->fit)) {
+        guess(r, site, n_starts > 0 ? starts[0] : values_at_start(&r->fit, value), x);
+        return 0;
+    }
+    misfit_vector(&site->misfit, starts[0], x);
+    misfit_approach(&site->misfit, x);
+    return 1;
 }
 
 /* Down to the minimum from at->x; fitted[bands] is then what fits best.  The last step is
@@ -491,12 +515,7 @@ static enum status fit_site(const struct refiner *r, struct site *site,
     double spread[SKIN_PARAMETERS];
     double fitted[SPECTRUM_MAX_BANDS];
     bool has_second = false;
-    if (n_starts > 0) {
-        misfit_vector(m, starts[0], at.x);
-        misfit_approach(m, at.x);
-    } else {
-        guess(r, site, at.x);
-    }
+    size_t approaches = begin(r, site, starts, n_starts, at.x);
     enum status s = descend(m, &at, &run, fitted);
     if (s != STATUS_OK)
         return s;
@@ -512,7 +531,7 @@ static enum status fit_site(const struct refiner *r, struct site *site,
     compare(r, site, fitted, want, ret);
     judge(r, site, &at, ret);
     ret->iterations = run.iterations;
-    ret->evaluations = run.evaluations + (n_starts > 0 ? 1u : 0u); /* the approach */
+    ret->evaluations = run.evaluations + approaches;
     ret->flags =
         flags_of(&r->fit, spread, ret) | (run.converged ? 0u : (unsigned)REFINE_NOT_CONVERGED);
     return STATUS_OK;

@@ -86,7 +86,8 @@ void refiner_close(struct refiner *refiner); /* takes NULL */
 
 /* spectra[replicates] on the refiner's grid; a band that is NAN counts as not measured.
  * starts[n_starts]: where to begin, best first, as the rows of a table (parameters that are
- * held are taken from the fit); 0 of them: the closed form of the half space.
+ * held are taken from the fit); 0 of them: the closed form of the half space, by which a fit of
+ * Cm, Bm and Ch by that model begins anyway.
  * STATUS_UNSUPPORTED: a spectrum that is not SCE; more replicates with parameters of their
  * own than LEAST_SQUARES_MAX has room for.  STATUS_RANGE: no replicate, another grid, a value
  * infinite or beyond +-REFINE_R_MAX, fewer measured bands than free parameters (in one

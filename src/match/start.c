@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdbool.h>
 
+#include "match/products.h"
 #include "optics/dipole.h"
 
 /* Eq. 9 in s = sqrt(3 sigma_a/sigma_t'), with mu' = 1 - s^2/3. */
@@ -75,19 +76,6 @@ struct equations {
     double a00, a01, a02, a11, a12, a22, b0, b1, b2;
 };
 
-static void add_band(struct equations *e, double x0, double x1, double x2, double y)
-{
-    e->a00 += x0 * x0;
-    e->a01 += x0 * x1;
-    e->a02 += x0 * x2;
-    e->a11 += x1 * x1;
-    e->a12 += x1 * x2;
-    e->a22 += x2 * x2;
-    e->b0 += x0 * y;
-    e->b1 += x1 * y;
-    e->b2 += x2 * y;
-}
-
 /* By cofactors; false where the three cannot be told apart. */
 static bool solve(const struct equations *e, double x[3])
 {
@@ -105,15 +93,32 @@ static bool solve(const struct equations *e, double x[3])
 
 void start_guess(const struct start *start, const double *R, const double *weight, struct tissue *t)
 {
-    struct equations e = { 0 };
-    double x[3];
-    for (size_t i = 0; i < start->n; i++) {
-        if (weight[i] == 0.0)
-            continue;
-        double w, q = look_up(start, R[i], &w);
-        add_band(&e, w * start->column[0][i], w * start->column[1][i], w * start->column[2][i],
-                 w * (q - start->without[i]));
+    enum { MOST = SPECTRUM_MAX_BANDS + PRODUCTS_LANES };
+    double rows[4][MOST], w[MOST], q[MOST], sum[10], x[3];
+    const double *const row[4] = { rows[0], rows[1], rows[2], rows[3] };
+    size_t n = start->n, length = (n + PRODUCTS_LANES - 1) / PRODUCTS_LANES * PRODUCTS_LANES;
+    for (size_t i = 0; i < n; i++) {
+        q[i] = look_up(start, R[i], &w[i]);
+        w[i] = weight[i] == 0.0 ? 0.0 : w[i];
     }
+    for (size_t k = 0; k < 3; k++)
+        for (size_t i = 0; i < n; i++)
+            rows[k][i] = w[i] * start->column[k][i];
+    for (size_t i = 0; i < n; i++)
+        rows[3][i] = w[i] * (q[i] - start->without[i]);
+    for (size_t k = 0; k < 4; k++)
+        for (size_t i = n; i < length; i++)
+            rows[k][i] = 0.0;
+    products(row, 4, length, sum);
+    struct equations e = { .a00 = sum[0],
+                           .a01 = sum[1],
+                           .a11 = sum[2],
+                           .a02 = sum[3],
+                           .a12 = sum[4],
+                           .a22 = sum[5],
+                           .b0 = sum[6],
+                           .b1 = sum[7],
+                           .b2 = sum[8] };
     if (!solve(&e, x))
         return;
     t->Cm = x[0];

@@ -201,8 +201,8 @@ struct contest {
 };
 
 struct site {
-    struct spectrum spectrum;
     double start[SKIN_PARAMETERS];
+    struct spectrum spectrum;
 };
 static struct site site[MOST];
 
