@@ -44,12 +44,13 @@ static double upper(double a, double x)
  * where e^-x is too small for a double, nor where Q is 1 but for rounding. */
 static double upwards(double a, double x)
 {
-    double whole = floor(a), off = a - whole;
+    size_t terms = (size_t)a;
+    double off = a - (double)terms;
     double next = off > 0.0 ? 2.0 / sqrt(UNITS_PI) * sqrt(x) * exp(-x) : exp(-x);
     double sum = off > 0.0 ? erfc(sqrt(x)) : 0.0;
-    for (double i = 1.0; i <= whole; i += 1.0) {
+    for (size_t i = 1; i <= terms; i++) {
         sum += next;
-        next *= x / (i + off);
+        next *= x / ((double)i + off);
     }
     return fmin(sum, 1.0);
 }
