@@ -37,11 +37,11 @@ enum { STEPS = 60 };
 enum { AGAIN = 4 };
 
 struct refiner {
+    _Alignas(MISFIT_ALIGNED) struct chromophores chromophores;
     struct fit fit;
     double first_nm, step_nm;
     size_t bands;
     double nm[SPECTRUM_MAX_BANDS];
-    _Alignas(MISFIT_ALIGNED) struct chromophores chromophores;
     struct quick quick;
     struct start start;
     bool has_weights;
