@@ -156,13 +156,8 @@ static void band_slopes(const struct surface *f, const struct sheet *s, size_t i
 static enum status surface_of(const struct medium *m, struct surface *ret)
 {
     double A;
-    if (dipole_A(m->eta, &A) != STATUS_OK ||
-        !(m->epidermis_mm >= 0.0 && m->epidermis_mm <= TISSUE_EPIDERMIS_MM_MAX))
+    if (dipole_A(m->eta, &A) != STATUS_OK || medium_check(m) != STATUS_OK)
         return STATUS_RANGE;
-    for (size_t i = 0; i < m->n; i++)
-        if (!dipole_accepts(m->sigma_a_epidermis[i], m->sigma_s_prime_epidermis[i]) ||
-            !dipole_accepts(m->sigma_a_dermis[i], m->sigma_s_prime_dermis[i]))
-            return STATUS_RANGE;
     *ret = (struct surface){ 1.0 - dipole_Rs(m->eta), dipole_F_dr(m->eta) };
     return STATUS_OK;
 }

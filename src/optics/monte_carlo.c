@@ -209,14 +209,9 @@ enum status monte_carlo_layers(const struct monte_carlo_layer *layer, size_t n, 
 static enum status check(const struct medium *m, const struct monte_carlo_run *run)
 {
     double A;
-    if (dipole_A(m->eta, &A) != STATUS_OK || !run_is_good(run) ||
-        !(m->epidermis_mm >= 0.0 && m->epidermis_mm <= TISSUE_EPIDERMIS_MM_MAX))
-        return STATUS_RANGE;
-    for (size_t i = 0; i < m->n; i++)
-        if (!dipole_accepts(m->sigma_a_epidermis[i], m->sigma_s_prime_epidermis[i]) ||
-            !dipole_accepts(m->sigma_a_dermis[i], m->sigma_s_prime_dermis[i]))
-            return STATUS_RANGE;
-    return STATUS_OK;
+    bool good =
+        dipole_A(m->eta, &A) == STATUS_OK && run_is_good(run) && medium_check(m) == STATUS_OK;
+    return good ? STATUS_OK : STATUS_RANGE;
 }
 
 struct skin_slopes {

@@ -4,6 +4,8 @@
 #include <math.h>
 #include <stdbool.h>
 
+#include "optics/dipole.h"
+
 struct tissue tissue_of(double Cm, double Bm, double Ch)
 {
     return (struct tissue){
@@ -29,6 +31,17 @@ enum status tissue_check(const struct tissue *t)
                 is_fraction(t->gamma) && t->epidermis_mm >= 0.0 &&
                 t->epidermis_mm <= TISSUE_EPIDERMIS_MM_MAX && is_scattering(t);
     return good ? STATUS_OK : STATUS_RANGE;
+}
+
+enum status medium_check(const struct medium *m)
+{
+    if (!(m->epidermis_mm >= 0.0 && m->epidermis_mm <= TISSUE_EPIDERMIS_MM_MAX))
+        return STATUS_RANGE;
+    for (size_t i = 0; i < m->n; i++)
+        if (!dipole_accepts(m->sigma_a_epidermis[i], m->sigma_s_prime_epidermis[i]) ||
+            !dipole_accepts(m->sigma_a_dermis[i], m->sigma_s_prime_dermis[i]))
+            return STATUS_RANGE;
+    return STATUS_OK;
 }
 
 /* The paper's constants, or a power law that both layers share. */

@@ -51,6 +51,10 @@ struct medium {
     double *sigma_s_prime_epidermis, *sigma_s_prime_dermis;
 };
 
+/* STATUS_RANGE where a coefficient or the thickness is outside what the models of two layers
+ * accept (eta is left to them). */
+enum status medium_check(const struct medium *m);
+
 /* Doubles of scratch for a medium of n bands. */
 #define MEDIUM_SCRATCH(n) (4 * (n))
 

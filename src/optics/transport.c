@@ -20,17 +20,6 @@ static void lay(const struct streams *s, double sigma_a, double sigma_s_prime, d
 
 /* ---- epidermis over dermis ------------------------------------------------------- */
 
-static enum status check(const struct medium *m)
-{
-    if (!(m->epidermis_mm >= 0.0 && m->epidermis_mm <= TISSUE_EPIDERMIS_MM_MAX))
-        return STATUS_RANGE;
-    for (size_t i = 0; i < m->n; i++)
-        if (!dipole_accepts(m->sigma_a_epidermis[i], m->sigma_s_prime_epidermis[i]) ||
-            !dipole_accepts(m->sigma_a_dermis[i], m->sigma_s_prime_dermis[i]))
-            return STATUS_RANGE;
-    return STATUS_OK;
-}
-
 /* a1 - a2 to full relative accuracy, also of layers nearly alike: Kahan's difference of products
  * (Jeannerod, Louvet, Muller, Math. Comp. 82, 2245, 2013). */
 static double albedo_step(const struct medium *m, size_t i)
@@ -69,7 +58,7 @@ static enum status bands(int streams, const struct medium *m, double *R, const s
 {
     struct streams s;
     struct layers l;
-    if (check(m) != STATUS_OK || streams_init(streams, m->eta, &s) != STATUS_OK)
+    if (medium_check(m) != STATUS_OK || streams_init(streams, m->eta, &s) != STATUS_OK)
         return STATUS_RANGE;
     l.count = 2;
     for (size_t i = 0; i < m->n; i++) {

@@ -84,21 +84,10 @@ static double band_reflectance(struct layer epi, struct layer der, double d, dou
     return (from_epidermis + from_dermis) / losses;
 }
 
-static enum status check(const struct medium *m)
-{
-    if (!(m->epidermis_mm >= 0.0 && m->epidermis_mm <= TISSUE_EPIDERMIS_MM_MAX))
-        return STATUS_RANGE;
-    for (size_t i = 0; i < m->n; i++)
-        if (!dipole_accepts(m->sigma_a_epidermis[i], m->sigma_s_prime_epidermis[i]) ||
-            !dipole_accepts(m->sigma_a_dermis[i], m->sigma_s_prime_dermis[i]))
-            return STATUS_RANGE;
-    return STATUS_OK;
-}
-
 enum status two_layer_reflectance(const struct medium *m, double *R)
 {
     double A;
-    if (check(m) != STATUS_OK || dipole_A(m->eta, &A) != STATUS_OK)
+    if (medium_check(m) != STATUS_OK || dipole_A(m->eta, &A) != STATUS_OK)
         return STATUS_RANGE;
     double entering = 1.0 - dipole_Rs(m->eta);
     for (size_t i = 0; i < m->n; i++) {

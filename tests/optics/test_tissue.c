@@ -181,12 +181,50 @@ static void test_scattering_of_its_own(void)
     TEST_ASSERT_EQUAL_INT(STATUS_OK, tissue_check(&t));
 }
 
+/* One number of two bands of skin is replaced.  expect: the limits in optics/dipole.h, and a
+ * thickness as a tissue may have. */
+static const struct limit_case {
+    const char *what;
+    enum { SIGMA_A_EPI, SIGMA_A_DERMIS, SIGMA_S_EPI, SIGMA_S_DERMIS, THICKNESS } which;
+    double value;
+    enum status status;
+} limit_cases[] = {
+    { "an epidermis that does not absorb", SIGMA_A_EPI, 0.0, STATUS_OK },
+    { "or all", SIGMA_A_EPI, 1e100, STATUS_OK },
+    { "or gives light", SIGMA_A_EPI, -1e-300, STATUS_RANGE },
+    { "or more than all", SIGMA_A_EPI, 1.1e100, STATUS_RANGE },
+    { "a dermis that gives light", SIGMA_A_DERMIS, -1e-300, STATUS_RANGE },
+    { "a dermis unknown", SIGMA_A_DERMIS, NAN, STATUS_RANGE },
+    { "hardly any scattering", SIGMA_S_EPI, 1e-100, STATUS_OK },
+    { "none", SIGMA_S_EPI, 0.0, STATUS_RANGE },
+    { "none in the dermis", SIGMA_S_DERMIS, 0.0, STATUS_RANGE },
+    { "endless scattering", SIGMA_S_DERMIS, INFINITY, STATUS_RANGE },
+    { "no epidermis", THICKNESS, 0.0, STATUS_OK },
+    { "a metre", THICKNESS, 1000.0, STATUS_OK },
+    { "above", THICKNESS, 1000.0000000000001, STATUS_RANGE },
+    { "below", THICKNESS, -5e-324, STATUS_RANGE },
+    { "thickness unknown", THICKNESS, NAN, STATUS_RANGE },
+};
+
+static void test_medium_check(void)
+{
+    for (size_t i = 0; i < sizeof limit_cases / sizeof *limit_cases; i++) {
+        const struct limit_case *c = &limit_cases[i];
+        double x[4][2] = { { 0.5, 0.5 }, { 0.1, 0.1 }, { 5.0, 5.0 }, { 2.5, 2.5 } };
+        struct medium m = { 2, 0.08, 1.4, x[0], x[1], x[2], x[3] };
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, medium_check(&m));
+        *(c->which == THICKNESS ? &m.epidermis_mm : &x[c->which][1]) = c->value;
+        TEST_ASSERT_EQUAL_INT_MESSAGE(c->status, medium_check(&m), c->what);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_scattering_of_its_own);
     RUN_TEST(test_defaults);
     RUN_TEST(test_check);
+    RUN_TEST(test_medium_check);
     RUN_TEST(test_medium);
     RUN_TEST(test_medium_fills_the_scratch);
     return UNITY_END();
