@@ -4,12 +4,12 @@
 
 #include <math.h>
 #include <stdbool.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "optics/dipole.h"
 #include "tests/support/figures.h"
+#include "tests/support/legal_skin.h"
 #include "unity.h"
 
 void setUp(void)
@@ -19,10 +19,6 @@ void setUp(void)
 void tearDown(void)
 {
 }
-
-struct skin {
-    double sigma_a1, sigma_s1, sigma_a2, sigma_s2, d_mm, eta;
-};
 
 /* In the order of transport_exact.csv. */
 enum { BY_SIGMA_A1, BY_SIGMA_S1, BY_SIGMA_A2, BY_SIGMA_S2, BY_D, SLOPES };
@@ -97,78 +93,17 @@ static void test_exact(void)
 
 /* ---- properties -------------------------------------------------------------------- */
 
-/* A generator of its own, so that the media are the same everywhere: Steele, Lea, Flood, Fast
- * Splittable Pseudorandom Number Generators, 2014. */
-static uint64_t random_state;
-
-static double uniform(double low, double high)
-{
-    uint64_t z = random_state += 0x9e3779b97f4a7c15u;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    z ^= z >> 31;
-    return low + (high - low) * (double)(z >> 11) * 0x1p-53;
-}
-
-static double decades(double low, double high)
-{
-    return pow(10.0, uniform(low, high));
-}
-
-/* Mostly any decade, now and then a bound or nothing. */
-static double legal_absorption(void)
-{
-    double which = uniform(0.0, 1.0);
-    return which < 0.1    ? 0.0
-           : which < 0.15 ? 1e100
-           : which < 0.2  ? 5e-324
-           : which < 0.6  ? decades(-3.0, 3.0)
-                          : fmin(decades(-100.0, 100.0), 1e100);
-}
-
-static double legal_scattering(void)
-{
-    double which = uniform(0.0, 1.0);
-    return which < 0.05  ? 1e-100
-           : which < 0.1 ? 1e100
-           : which < 0.5 ? decades(-3.0, 3.0)
-                         : fmax(1e-100, fmin(decades(-100.0, 100.0), 1e100));
-}
-
-static struct skin legal_skin(void)
-{
-    struct skin s = {
-        legal_absorption(),  legal_scattering(), legal_absorption(), legal_scattering(), 0.0,
-        uniform(0.26, 3.848)
-    };
-    double which = uniform(0.0, 1.0);
-    s.d_mm = which < 0.05   ? 0.0
-             : which < 0.1  ? 1000.0
-             : which < 0.15 ? 5e-324
-             : which < 0.5  ? decades(-4.0, 2.0)
-                            : decades(-100.0, 2.9);
-    if (uniform(0.0, 1.0) < 0.1)
-        s.eta = 1.0;
-    return s;
-}
-
-static void describe(char *text, size_t size, struct skin s)
-{
-    snprintf(text, size, "{ %.17g, %.17g, %.17g, %.17g, %.17g, %.17g }", s.sigma_a1, s.sigma_s1,
-             s.sigma_a2, s.sigma_s2, s.d_mm, s.eta);
-}
-
 /* Property: a number from 0 to 1 for every skin that is accepted, and slopes that are numbers,
  * infinite only where the header says so; they keep to the identity of optics/slopes.h, and more
  * absorption in the dermis never makes a skin brighter. */
 static void test_every_legal_skin(void)
 {
-    random_state = 20140501;
+    struct dice dice = { 20140501 };
     for (int i = 0; i < 20000; i++) {
-        struct skin s = legal_skin();
+        struct skin s = legal_skin(&dice);
         double R = NAN, by[SLOPES] = { NAN, NAN, NAN, NAN, NAN };
         char what[256];
-        describe(what, sizeof what, s);
+        skin_describe(what, sizeof what, s);
         TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, solve(i % 5 == 0 ? 8 : 4, s, &R, by), what);
         TEST_ASSERT_TRUE_MESSAGE(R >= 0.0 && R <= 1.0, what);
         for (int k = 0; k < SLOPES; k++)
@@ -182,13 +117,14 @@ static void test_every_legal_skin(void)
 
 static void test_slopes_scale(void)
 {
-    random_state = 20140502;
+    struct dice dice = { 20140502 };
     for (int i = 0; i < 2000; i++) {
-        struct skin s = { decades(-3.0, 3.0), decades(-2.0, 3.0), decades(-3.0, 3.0),
-                          decades(-2.0, 3.0), decades(-4.0, 1.0), uniform(0.9, 2.0) };
+        struct skin s = { dice_decades(&dice, -3.0, 3.0), dice_decades(&dice, -2.0, 3.0),
+                          dice_decades(&dice, -3.0, 3.0), dice_decades(&dice, -2.0, 3.0),
+                          dice_decades(&dice, -4.0, 1.0), dice_between(&dice, 0.9, 2.0) };
         double R = NAN, by[SLOPES];
         char what[256];
-        describe(what, sizeof what, s);
+        skin_describe(what, sizeof what, s);
         TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, solve(8, s, &R, by), what);
         double sum = s.sigma_a1 * by[BY_SIGMA_A1] + s.sigma_s1 * by[BY_SIGMA_S1] +
                      s.sigma_a2 * by[BY_SIGMA_A2] + s.sigma_s2 * by[BY_SIGMA_S2];
@@ -303,20 +239,21 @@ static void test_stacks(void)
 /* Property: of any stack no more comes out than went in, and all of it where nothing absorbs. */
 static void test_every_legal_stack(void)
 {
-    random_state = 20140503;
+    struct dice dice = { 20140503 };
     for (int i = 0; i < 3000; i++) {
         struct transport_layer l[TRANSPORT_LAYERS_MAX];
         struct transport_flux f = { NAN, NAN, NAN };
-        size_t count = 1 + (size_t)uniform(0.0, TRANSPORT_LAYERS_MAX);
+        size_t count = 1 + (size_t)dice_between(&dice, 0.0, TRANSPORT_LAYERS_MAX);
         bool white = i % 3 == 0;
         char what[64];
         snprintf(what, sizeof what, "stack %d of %zu layers", i, count);
         for (size_t k = 0; k < count; k++) {
-            struct skin s = legal_skin();
+            struct skin s = legal_skin(&dice);
             l[k] = (struct transport_layer){ white ? 0.0 : s.sigma_a1, s.sigma_s1, s.d_mm };
         }
         TEST_ASSERT_EQUAL_INT_MESSAGE(
-            STATUS_OK, transport_stack(i % 2 == 0 ? 4 : 8, uniform(0.3, 3.8), l, count, &f), what);
+            STATUS_OK,
+            transport_stack(i % 2 == 0 ? 4 : 8, dice_between(&dice, 0.3, 3.8), l, count, &f), what);
         TEST_ASSERT_TRUE_MESSAGE(f.R_diffuse >= 0.0 && f.T_total >= 0.0, what);
         TEST_ASSERT_TRUE_MESSAGE(f.R_total + f.T_total <= 1.0 + 1e-12, what);
         if (white)

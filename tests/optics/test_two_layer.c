@@ -3,11 +3,11 @@
 #include "optics/two_layer.h"
 
 #include <math.h>
-#include <stdint.h>
 #include <stdio.h>
 
 #include "optics/dipole.h"
 #include "tests/support/figures.h"
+#include "tests/support/legal_skin.h"
 #include "unity.h"
 
 void setUp(void)
@@ -17,10 +17,6 @@ void setUp(void)
 void tearDown(void)
 {
 }
-
-struct skin {
-    double sigma_a1, sigma_s1, sigma_a2, sigma_s2, d_mm, eta;
-};
 
 static enum status reflectance(struct skin s, double *R)
 {
@@ -193,77 +189,17 @@ static void test_no_absorption_returns_all(void)
     }
 }
 
-/* A small generator of its own, so that the media are the same everywhere:
- * Steele, Lea, Flood, Fast Splittable Pseudorandom Number Generators, 2014. */
-static uint64_t random_state;
-
-static double uniform(double low, double high)
-{
-    uint64_t z = random_state += 0x9e3779b97f4a7c15u;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    z ^= z >> 31;
-    return low + (high - low) * (double)(z >> 11) * 0x1p-53;
-}
-
-static double decades(double low, double high)
-{
-    return pow(10.0, uniform(low, high));
-}
-
-/* Mostly any decade, now and then a bound or nothing. */
-static double legal_absorption(void)
-{
-    double which = uniform(0.0, 1.0);
-    return which < 0.1    ? 0.0
-           : which < 0.15 ? 1e100
-           : which < 0.2  ? 5e-324
-           : which < 0.6  ? decades(-3.0, 3.0)
-                          : fmin(decades(-100.0, 100.0), 1e100);
-}
-
-static double legal_scattering(void)
-{
-    double which = uniform(0.0, 1.0);
-    return which < 0.05  ? 1e-100
-           : which < 0.1 ? 1e100
-           : which < 0.5 ? decades(-3.0, 3.0)
-                         : fmax(1e-100, fmin(decades(-100.0, 100.0), 1e100));
-}
-
-static struct skin legal_skin(void)
-{
-    struct skin s = {
-        legal_absorption(),  legal_scattering(), legal_absorption(), legal_scattering(), 0.0,
-        uniform(0.26, 3.848)
-    };
-    double which = uniform(0.0, 1.0);
-    s.d_mm = which < 0.05  ? 0.0
-             : which < 0.1 ? 1000.0
-             : which < 0.5 ? decades(-4.0, 2.0)
-                           : decades(-100.0, 2.9);
-    if (uniform(0.0, 1.0) < 0.1)
-        s.eta = 1.0;
-    return s;
-}
-
-static void describe(char *text, size_t size, struct skin s)
-{
-    snprintf(text, size, "{ %.17g, %.17g, %.17g, %.17g, %.17g, %.17g }", s.sigma_a1, s.sigma_s1,
-             s.sigma_a2, s.sigma_s2, s.d_mm, s.eta);
-}
-
 /* Property: a number from 0 to 1 for every medium that is accepted. */
 static void test_every_legal_medium_gives_a_reflectance(void)
 {
-    random_state = 20140301;
+    struct dice dice = { 20140301 };
     for (int i = 0; i < 100000; i++) {
-        struct skin s = legal_skin();
+        struct skin s = legal_skin(&dice);
         double R = NAN;
         enum status status = reflectance(s, &R);
         if (status != STATUS_OK || !(R >= 0.0 && R <= 1.0)) {
             char what[256];
-            describe(what, sizeof what, s);
+            skin_describe(what, sizeof what, s);
             TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, status, what);
             TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.5, 0.5, R, what);
         }
@@ -273,18 +209,19 @@ static void test_every_legal_medium_gives_a_reflectance(void)
 /* Property: more absorption in either layer never makes the skin brighter. */
 static void test_falls_with_absorption(void)
 {
-    random_state = 20140302;
+    struct dice dice = { 20140302 };
     for (int i = 0; i < 20000; i++) {
-        struct skin s = { decades(-6.0, 4.0), decades(-3.0, 4.0),     decades(-6.0, 4.0),
-                          decades(-3.0, 4.0), decades(-6.0, 3.0) / 2, uniform(0.3, 3.8) };
+        struct skin s = { dice_decades(&dice, -6.0, 4.0),     dice_decades(&dice, -3.0, 4.0),
+                          dice_decades(&dice, -6.0, 4.0),     dice_decades(&dice, -3.0, 4.0),
+                          dice_decades(&dice, -6.0, 3.0) / 2, dice_between(&dice, 0.3, 3.8) };
         struct skin darker = s;
         double *layer = i % 2 == 0 ? &darker.sigma_a1 : &darker.sigma_a2;
-        *layer *= 1.0 + decades(-3.0, 1.0);
+        *layer *= 1.0 + dice_decades(&dice, -3.0, 1.0);
         double R = good_reflectance(s, "some medium");
         double R_darker = good_reflectance(darker, "some darker medium");
         if (R_darker > R * (1.0 + 1e-13)) {
             char what[256];
-            describe(what, sizeof what, s);
+            skin_describe(what, sizeof what, s);
             TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.0, R, R_darker, what);
         }
     }
