@@ -125,11 +125,12 @@ class OnTestbed(Case):
                 "user": NOBODY, "group": NOBODY, "extra_groups": []}  # fmt: skip
 
     def left_open(self):
-        """The daemon's descriptors but sockets.  umockdev's preload library connects one in open() of a
-        device, and keeps it where the node has just gone; the daemon itself has one a client."""
+        """The daemon's descriptors but sockets and station.db's.  umockdev's preload library connects a socket in
+        open() of a device, and keeps it where the node has just gone; the daemon itself has one a client.
+        Its threads open station.db when they first have to do with it."""
         folder = f"/proc/{self.daemon.process.pid}/fd"
-        return len([x for x in os.listdir(folder)
-                    if not os.readlink(os.path.join(folder, x)).startswith("socket:")])  # fmt: skip
+        paths = [os.readlink(os.path.join(folder, x)) for x in os.listdir(folder)]
+        return len([x for x in paths if not x.startswith("socket:") and "/station.db" not in x])
 
     @staticmethod
     def states(client):
