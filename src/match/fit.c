@@ -154,6 +154,11 @@ enum status fit_check(const struct fit *fit, const char **why)
         wrong = "this model has no derivatives, so there is nothing to refine by; take a table of "
                 "another model, such as two-layer";
         s = STATUS_UNSUPPORTED;
+    } else if (fit->model->has_noise) {
+        wrong =
+            "this model's own noise leaves no smooth way down to a minimum; take its rows as they "
+            "are, or refine with a table of transport-8";
+        s = STATUS_UNSUPPORTED;
     } else if ((wrong = fault(fit)) != NULL) {
         s = STATUS_RANGE;
     }

@@ -71,9 +71,9 @@ struct fit fit_three(const struct recipe *recipe);
 
 /* Whether a fit can be made.  *why, where not NULL, then says what is wrong and what to do
  * about it, in a constant sentence without full stop.  STATUS_UNSUPPORTED: the model has no
- * derivatives.  STATUS_RANGE: lo >= hi, a bound or eta beyond what the tissue or the model
- * takes, a value or a prior mean outside the bounds, a prior's sd not above 0, a
- * free parameter that the model does not have, nothing free. */
+ * derivatives, or noise of its own.  STATUS_RANGE: lo >= hi, a bound or eta beyond what the tissue
+ * or the model takes, a value or a prior mean outside the bounds, a prior's sd not above 0, a free
+ * parameter that the model does not have, nothing free. */
 enum status fit_check(const struct fit *fit, const char **why);
 
 /* Bit 1 << i for each free parameter. */

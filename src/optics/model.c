@@ -47,6 +47,7 @@ const struct model model_list[MODEL_COUNT] = {
         .summary = "epidermis over dermis, 10 000 random walks of light a band, with slopes",
         .trust = "no approximation; noise of 0.002 to 0.004 in R, independent from band to band",
         .has_thickness = true,
+        .has_noise = true,
         .reflectance = monte_carlo_reflectance,
         .slopes = monte_carlo_slopes,
     },

@@ -23,6 +23,7 @@ struct model {
     const char *summary; /* one line for --help */
     const char *trust;   /* how far to believe it */
     bool has_thickness;  /* whether epidermis_mm changes the answer */
+    bool has_noise;      /* R and its derivatives carry chance of their own: not to be fitted by */
     enum model_quick quick;
 
     /* Just one of these two is there; NULL means the model cannot. */

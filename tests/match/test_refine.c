@@ -234,6 +234,8 @@ static void test_fits_that_make_no_sense_are_refused(void)
 
     fit = good, fit.model = model_find("paper");
     refused(STATUS_UNSUPPORTED, &fit, &noise, &s, 1, "a model without derivatives");
+    fit = good, fit.model = model_find("monte-carlo");
+    refused(STATUS_UNSUPPORTED, &fit, &noise, &s, 1, "a model with noise of its own");
     fit = good, fit.role[SKIN_BM].free = false, fit.role[SKIN_BM].value = 1.2;
     refused(STATUS_RANGE, &fit, &noise, &s, 1, "held beyond the bounds");
     fit = good, fit.role[SKIN_CM].free = false, fit.role[SKIN_CM].value = NAN;

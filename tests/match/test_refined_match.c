@@ -62,6 +62,7 @@ static const struct fix_case {
       "no epidermis" },
     { "scattering of its own", "two-layer", SKIN_SCATTERING_A, 3, STATUS_RANGE, "scattering" },
     { "a model without spectra", "paper", SKIN_BM, 0.5, STATUS_UNSUPPORTED, "model" },
+    { "a model of chance", "monte-carlo", SKIN_BM, 0.5, STATUS_UNSUPPORTED, "transport-8" },
 };
 
 static void test_what_is_fixed(void)
