@@ -113,6 +113,11 @@ void refiner_close(struct refiner *refiner)
     free(refiner);
 }
 
+const struct model *refiner_model(const struct refiner *refiner)
+{
+    return refiner->fit.model;
+}
+
 /* ---- the data -------------------------------------------------------------------------- */
 
 /* One site laid out for the fit. */

@@ -84,6 +84,9 @@ enum status refiner_open(const struct fit *fit, double first_nm, double step_nm,
                          struct refiner **ret, const char **why);
 void refiner_close(struct refiner *refiner); /* takes NULL */
 
+/* The model that it fits by. */
+const struct model *refiner_model(const struct refiner *refiner);
+
 /* spectra[replicates] on the refiner's grid; a band that is NAN counts as not measured.
  * starts[n_starts]: where to begin, best first, as the rows of a table (parameters that are
  * held are taken from the fit); 0 of them: the closed form of the half space, by which a fit of

@@ -42,11 +42,11 @@ struct refine_wish refine_wish_none(void)
     return wish;
 }
 
-static enum status refuse(const char **why, const char *what)
+static enum status refuse(enum status s, const char **why, const char *what)
 {
     if (why != NULL)
         *why = what;
-    return STATUS_RANGE;
+    return s;
 }
 
 static enum status hold(struct fit *fit, size_t i, double value, const char **why)
@@ -62,12 +62,14 @@ static enum status hold(struct fit *fit, size_t i, double value, const char **wh
     };
     struct skin_role *role = &fit->role[i];
     if (!fit->own_scattering && i >= SKIN_SCATTERING_A)
-        return refuse(why, "this fit has the scattering of the table; to fix another, fit skin");
+        return refuse(STATUS_RANGE, why,
+                      "this fit has the scattering of the table; to fix another, fit skin");
     if (i == SKIN_EPIDERMIS_MM && !fit->model->has_thickness)
-        return refuse(why, "this model has no epidermis, so its thickness cannot be fixed; take a "
-                           "table of another, such as two-layer");
+        return refuse(STATUS_RANGE, why,
+                      "this model has no epidermis, so its thickness cannot be fixed; take a "
+                      "table of another, such as two-layer");
     if (!(value >= role->lo && value <= role->hi))
-        return refuse(why, outside[i]);
+        return refuse(STATUS_RANGE, why, outside[i]);
     *role =
         (struct skin_role){ .value = value, .lo = role->lo, .hi = role->hi, .prior_sd = INFINITY };
     return STATUS_OK;
@@ -166,6 +168,10 @@ enum status refined_match(const struct matcher *matcher, const struct refiner *r
     struct fit fit;
     if (why != NULL)
         *why = NULL;
+    if (refiner_model(refiner) != matcher->table->recipe.model)
+        return refuse(STATUS_UNSUPPORTED, why,
+                      "the fit was made for another model than the table's, so rows and fit are "
+                      "not of the same skin; open it for the table's recipe");
     enum status s =
         matcher_match(matcher, mean, k > REFINE_STARTS ? k : REFINE_STARTS, hits, &made.nearest);
     if (s == STATUS_OK)

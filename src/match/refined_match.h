@@ -67,8 +67,9 @@ struct refined_match {
 
 /* Match `mean` and fit the replicates (n of them; the mean is theirs) from the rows found on.
  * hits[] has room for max(k, REFINE_STARTS).  The refiner was opened for refine_wish_fit() and
- * the bands of the spectra.  Statuses of matcher_match() and of refiner_run(), *why likewise
- * (NULL where the match was refused). */
+ * the bands of the spectra.  STATUS_UNSUPPORTED, before anything is matched, for a refiner of
+ * another model than the table's; else statuses of matcher_match() and of refiner_run(), *why
+ * likewise (NULL where the match was refused).  *ret is then untouched. */
 enum status refined_match(const struct matcher *matcher, const struct refiner *refiner,
                           const struct refine_wish *wish, const struct spectrum *replicate,
                           size_t n, const struct spectrum *mean, size_t k, struct nearest_hit *hits,

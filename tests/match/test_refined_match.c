@@ -193,6 +193,66 @@ static void test_noise_that_cannot_be(void)
     }
 }
 
+/* ---- a row and from there a fit ------------------------------------------------------- */
+
+static struct table table;
+static struct matcher matcher;
+
+/* A table of 3^3 rows, and a spectrum that is one of them. */
+static void open_table(const char *model, size_t row, struct spectrum *ret)
+{
+    struct recipe recipe = recipe_of(model);
+    recipe.grid =
+        (struct grid){ { 0.01, 0.2, 3, true }, { 0, 1, 3, false }, { 0.005, 0.05, 3, true } };
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, table_init(&recipe, grid_rows(&recipe.grid), &table));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, table_compute(&table, 0, table.n, 1));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, matcher_open(&table, MATCH_SPECTRUM, &matcher));
+    *ret = (struct spectrum){
+        .first_nm = 400, .step_nm = 10, .n = recipe.bands, .specular = SPECULAR_SCE
+    };
+    for (size_t i = 0; i < ret->n; i++)
+        ret->value[i] = (double)table_spectrum(&table, row)[i];
+}
+
+static enum status fit_by(const char *model, const struct spectrum *s, struct refined_match *ret,
+                          const char **why)
+{
+    struct recipe recipe = recipe_of(model);
+    struct refine_wish wish = refine_wish_none();
+    struct nearest_hit hits[REFINE_STARTS];
+    struct refiner *refiner;
+    struct fit fit;
+    wish.kind = REFINE_THREE;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, refine_wish_fit(&wish, &recipe, &fit, NULL));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, refiner_open(&fit, 400, 10, s->n, &refiner, NULL));
+    enum status status = refined_match(&matcher, refiner, &wish, s, 1, s, 1, hits, ret, why);
+    refiner_close(refiner);
+    return status;
+}
+
+/* The row itself is met; a refiner of another model would give another skin without a word. */
+static void test_a_refiner_of_another_model_is_refused(void)
+{
+    enum { ROW = 13 }; /* the middle of every axis */
+    static struct refined_match answer;
+    struct spectrum s;
+    const char *why = NULL;
+    open_table("two-layer", ROW, &s);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, fit_by("two-layer", &s, &answer, &why));
+    TEST_ASSERT_NULL(why);
+    TEST_ASSERT_EQUAL_size_t(ROW, answer.nearest.row_index);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, sqrt(0.01 * 0.2), answer.refined.value[SKIN_CM]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.5, answer.refined.value[SKIN_BM]);
+    answer.refined.value[SKIN_CM] = -7;
+    TEST_ASSERT_EQUAL_INT(STATUS_UNSUPPORTED, fit_by("half-space", &s, &answer, &why));
+    TEST_ASSERT_NOT_NULL(why);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(why, "another model"), why);
+    TEST_ASSERT_EQUAL_DOUBLE(-7, answer.refined.value[SKIN_CM]);
+    TEST_ASSERT_EQUAL_INT(STATUS_UNSUPPORTED, fit_by("transport-8", &s, &answer, NULL));
+    matcher_close(&matcher);
+    table_done(&table);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -202,5 +262,6 @@ int main(void)
     RUN_TEST(test_noise);
     RUN_TEST(test_noise_of_measured_skin);
     RUN_TEST(test_noise_that_cannot_be);
+    RUN_TEST(test_a_refiner_of_another_model_is_refused);
     return UNITY_END();
 }
