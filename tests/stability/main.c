@@ -4,12 +4,11 @@
  *   stability --misses [ROOM...] the same, with every case that misses the bar on stderr
  *   stability --outputs FILE     our outputs over all cases, for --compare
  *   stability --compare A B      two builds' outputs: the largest difference of each study */
-#include <math.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "tests/stability/exact_transport.h"
+#include "tests/stability/levels.h"
 #include "tests/stability/rooms.h"
 
 static void show(const struct study *s, const struct verdict *v)
@@ -92,92 +91,12 @@ static int run_all(int n, char **names, FILE *misses)
     return c.missed > 0;
 }
 
-/* ---- two builds ------------------------------------------------------------------------ */
-
-/* Every study: the number of its outputs, then these. */
-static int write_outputs(const char *path)
-{
-    FILE *file = fopen(path, "wb");
-    bool good = file != NULL;
-    for (size_t i = 0; i < study_room_count && good; i++) {
-        for (size_t j = 0; j < study_rooms[i]->n && good; j++) {
-            uint64_t n;
-            double *all = study_outputs(&study_rooms[i]->studies[j], &n);
-            good = all != NULL && fwrite(&n, sizeof n, 1, file) == 1 &&
-                   fwrite(all, sizeof *all, n, file) == n;
-            free(all);
-        }
-    }
-    if (file != NULL && fclose(file) != 0)
-        good = false;
-    if (!good)
-        perror(path);
-    return good ? 0 : 1;
-}
-
-static double *read_outputs(FILE *file, uint64_t *n)
-{
-    if (fread(n, sizeof *n, 1, file) != 1)
-        return NULL;
-    double *all = malloc((*n + 1) * sizeof *all);
-    if (all != NULL && fread(all, sizeof *all, *n, file) != *n) {
-        free(all);
-        return NULL;
-    }
-    return all;
-}
-
-/* Doubles between the two, as their bits count them; refusals on both sides are alike. */
-static double steps_between(double a, double b)
-{
-    if (a == b || (isnan(a) && isnan(b)) || (fabs(a) < 1e-300 && fabs(b) < 1e-300))
-        return 0.0;
-    if (!isfinite(a) || !isfinite(b))
-        return INFINITY;
-    int exponent;
-    (void)frexp(fmax(fabs(a), fabs(b)), &exponent);
-    return fabs(a - b) / ldexp(1.0, exponent - 53);
-}
-
-static int compare(const char *path_a, const char *path_b)
-{
-    FILE *a = fopen(path_a, "rb"), *b = fopen(path_b, "rb");
-    double worst = 0.0;
-    size_t total = 0;
-    bool good = a != NULL && b != NULL;
-    for (size_t i = 0; i < study_room_count && good; i++) {
-        for (size_t j = 0; j < study_rooms[i]->n && good; j++) {
-            uint64_t n = 0, m = 0;
-            double most = 0.0, *x = read_outputs(a, &n), *y = read_outputs(b, &m);
-            good = x != NULL && y != NULL && n == m;
-            for (size_t k = 0; good && k < n; k++)
-                most = fmax(most, steps_between(x[k], y[k]));
-            if (most > 0.0)
-                printf("  %s: %g ulp\n", study_rooms[i]->studies[j].name, most);
-            worst = fmax(worst, most);
-            total += n;
-            free(x);
-            free(y);
-        }
-    }
-    if (a != NULL)
-        (void)fclose(a);
-    if (b != NULL)
-        (void)fclose(b);
-    if (!good) {
-        fprintf(stderr, "stability: %s and %s do not hold the same studies\n", path_a, path_b);
-        return 1;
-    }
-    printf("  %s, %s: %zu numbers, largest difference %g ulp\n", path_a, path_b, total, worst);
-    return worst > 0.0;
-}
-
 int main(int argc, char **argv)
 {
     if (argc == 3 && strcmp(argv[1], "--outputs") == 0)
-        return write_outputs(argv[2]);
+        return levels_write(argv[2]);
     if (argc == 4 && strcmp(argv[1], "--compare") == 0)
-        return compare(argv[2], argv[3]);
+        return levels_compare(argv[2], argv[3]);
     if (argc > 1 && strcmp(argv[1], "--misses") == 0)
         return run_all(argc - 2, argv + 2, stderr);
     return run_all(argc - 1, argv + 1, NULL);

@@ -2,8 +2,13 @@
  * study can fail. */
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
+#include "tests/stability/levels.h"
 #include "tests/stability/rooms.h"
+#include "tests/stability/whole.h"
+#include "tests/support/folder.h"
 #include "unity.h"
 
 void setUp(void)
@@ -129,6 +134,71 @@ static void test_no_number_is_no_answer(void)
     TEST_ASSERT_FALSE(verdict_on(exp_refused, one_to_two, exponential).met);
 }
 
+/* ---- two builds ------------------------------------------------------------------------ */
+
+static void test_ulps_between_two_doubles(void)
+{
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, levels_ulp(0.7, 0.7));
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, levels_ulp(0.7, nextafter(0.7, 1.0)));
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, levels_ulp(-1.5 - 3.0 * 0x1p-52, -1.5));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, levels_ulp(NAN, NAN));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, levels_ulp(1e-301, -1e-310));
+    TEST_ASSERT_TRUE(isinf(levels_ulp(NAN, 1.0)));
+    TEST_ASSERT_TRUE(isinf(levels_ulp(INFINITY, 1.0)));
+}
+
+/* Else a difference between builds would say nothing. */
+static void test_what_has_no_twin_is_the_same_twice_and_not_refused(void)
+{
+    for (size_t i = 0; i < whole_count; i++) {
+        uint64_t n = 0, again = 0;
+        double *x = whole_list[i].outputs(&n), *y = whole_list[i].outputs(&again);
+        TEST_ASSERT_NOT_NULL_MESSAGE(x, whole_list[i].name);
+        TEST_ASSERT_NOT_NULL_MESSAGE(y, whole_list[i].name);
+        TEST_ASSERT_EQUAL_UINT64_MESSAGE(n, again, whole_list[i].name);
+        TEST_ASSERT_TRUE_MESSAGE(n > 1000, whole_list[i].name);
+        TEST_ASSERT_EQUAL_MEMORY_MESSAGE(x, y, n * sizeof *x, whole_list[i].name);
+        for (uint64_t k = 0; k < n; k++)
+            TEST_ASSERT_FALSE_MESSAGE(isnan(x[k]), whole_list[i].name);
+        free(x);
+        free(y);
+    }
+}
+
+/* The next double after the last output that is not 0. */
+static void change_last(unsigned char *bytes, size_t size)
+{
+    double last = 0.0;
+    while (fabs(last) < 1e-300) {
+        TEST_ASSERT_TRUE(size >= sizeof last);
+        size -= sizeof last;
+        memcpy(&last, bytes + size, sizeof last);
+    }
+    last = nextafter(last, INFINITY);
+    memcpy(bytes + size, &last, sizeof last);
+}
+
+static void test_one_bit_of_difference_is_found(void)
+{
+    char folder[FOLDER_PATH_SIZE], a[FOLDER_PATH_SIZE], b[FOLDER_PATH_SIZE];
+    size_t size = 0;
+    TEST_ASSERT_TRUE(folder_make(folder));
+    folder_path(folder, "a", a);
+    folder_path(folder, "b", b);
+    TEST_ASSERT_EQUAL_INT(0, levels_write(a));
+    unsigned char *bytes = file_bytes(a, &size);
+    TEST_ASSERT_NOT_NULL(bytes);
+    TEST_ASSERT_TRUE(file_write(b, bytes, size));
+    TEST_ASSERT_EQUAL_INT(0, levels_compare(a, b));
+    change_last(bytes, size);
+    TEST_ASSERT_TRUE(file_write(b, bytes, size));
+    TEST_ASSERT_EQUAL_INT(1, levels_compare(a, b));
+    TEST_ASSERT_TRUE(file_write(b, bytes, size - sizeof(double)));
+    TEST_ASSERT_EQUAL_INT(1, levels_compare(a, b)); /* shorter */
+    free(bytes);
+    folder_remove(folder);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -137,6 +207,9 @@ int main(void)
     RUN_TEST(test_an_error_is_counted_in_ulps_and_divided_by_the_condition);
     RUN_TEST(test_cancellation_is_the_inputs_fault);
     RUN_TEST(test_no_number_is_no_answer);
+    RUN_TEST(test_ulps_between_two_doubles);
+    RUN_TEST(test_what_has_no_twin_is_the_same_twice_and_not_refused);
+    RUN_TEST(test_one_bit_of_difference_is_found);
     int failed = UNITY_END();
     wide_done();
     return failed;
