@@ -13,6 +13,7 @@
 #ifndef SKINSPEC_MATCH_NOISE_H
 #define SKINSPEC_MATCH_NOISE_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "base/spectrum.h"
@@ -47,7 +48,7 @@ enum status noise_check(const struct noise *noise, const char **why);
  * population->placement^2, which counts NOISE_POPULATION_DEGREES; the share that white noise
  * explains is taken off first.  n = 1 gives the population's.  The replicates share one band
  * grid; bands that one of them lacks are left out.  STATUS_RANGE for n = 0, other grids, or
- * fewer than 2 bands that all have; as noise_check() for the population. */
+ * fewer than 2 bands that all have (apart in wavelength); as noise_check() for the population. */
 #define NOISE_POPULATION_DEGREES 8.0 /* foretells a third placement best: 6 to 20 do */
 enum status noise_from_replicates(const struct noise *population, const struct spectrum *replicate,
                                   size_t n, struct noise *ret);
@@ -57,7 +58,9 @@ enum { NOISE_RANK = 2 };
 struct whitener {
     size_t n, rank;
     double white2;                 /* white^2 over the number of replicates */
-    double shrink[NOISE_RANK];     /* 1 - white/sqrt(white^2 + variance along the direction) */
+    double keep[NOISE_RANK];       /* white/sqrt(white^2 + variance along the direction) */
+    double shrink[NOISE_RANK];     /* 1 - keep */
+    bool faint;                    /* so little is kept of one that it takes more care */
     double *direction[NOISE_RANK]; /* orthonormal, [n] each, in the caller's scratch */
 };
 #define WHITENER_SCRATCH(n) (NOISE_RANK * (n))

@@ -182,6 +182,9 @@ static void test_refusals(void)
     for (size_t i = 1; i < BANDS; i++)
         two[1].value[i] = NAN;
     TEST_ASSERT_EQUAL_INT(STATUS_RANGE, noise_from_replicates(&population, two, 2, &seen));
+    two[0] = two[1] = flat(0.3);
+    two[0].step_nm = two[1].step_nm = 0.0; /* bands at one wavelength have no slope */
+    TEST_ASSERT_EQUAL_INT(STATUS_RANGE, noise_from_replicates(&population, two, 2, &seen));
     TEST_ASSERT_EQUAL_DOUBLE(7.0, seen.white);
     TEST_ASSERT_EQUAL_INT(STATUS_OK, noise_check(&population, NULL));
 }

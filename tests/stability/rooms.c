@@ -2,5 +2,6 @@
 #include "tests/stability/rooms.h"
 
 const struct study_room *const study_rooms[] = { &study_dipole, &study_layers, &study_skin,
-                                                 &study_xyz,    &study_colour, &study_match };
+                                                 &study_xyz,    &study_colour, &study_match,
+                                                 &study_noise };
 const size_t study_room_count = sizeof study_rooms / sizeof *study_rooms;

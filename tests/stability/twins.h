@@ -50,6 +50,11 @@ struct twin_xyz {
 struct twin_xyz twin_xyz_of(enum illuminant illuminant, enum observer observer, int first_nm,
                             int step_nm, size_t n, const double *value);
 
+/* Gauss and Jordan on a matrix m[n][columns] whose first n columns are symmetric and positive
+ * definite: what the others hold becomes the inverse of those times it.  In place; no number may
+ * stand at two places. */
+void twin_eliminate(wide *m, size_t n, size_t columns);
+
 /* Derivatives of one number by x[i], i < n: where x[i] may move to both sides by next to
  * nothing of scale; where it is 0 and may not fall below; and by the root of x[i] there. */
 enum { TWIN_INPUTS = 14 };
