@@ -5,6 +5,6 @@
 #include "tests/stability/study.h"
 
 extern const struct study_room study_dipole, study_layers, study_skin, study_xyz, study_colour,
-    study_match, study_noise;
+    study_match, study_noise, study_fit;
 
 #endif

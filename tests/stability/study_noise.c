@@ -263,6 +263,51 @@ static void line_fit_of(const struct spectrum *s, struct line_fit *f)
     }
 }
 
+/* Of all replicates: level^2 + (slope/ratio)^2, and sums of |x d/dx| of that by the values and by
+ * the ratio. */
+struct strays {
+    wide sum, by_values, by_ratio;
+};
+
+/* Level and slope by which replicate k strays from the mean of n. */
+static void stray_of(const struct line_fit *f, const struct spectrum *s, size_t n, size_t k,
+                     wide *level, wide *slope)
+{
+    *level = w_int(0);
+    *slope = w_int(0);
+    for (size_t i = 0; i < f->n; i++) {
+        wide mean = w_int(0);
+        if (isnan(s[0].value[i]))
+            continue;
+        for (size_t j = 0; j < n; j++)
+            w_add_to(mean, w(s[j].value[i]));
+        wide off = w_sub(w(s[k].value[i]), w_div(mean, w_int((long)n)));
+        w_add_to(*level, w_mul(f->by_level[i], off));
+        w_add_to(*slope, w_mul(f->by_slope[i], off));
+    }
+}
+
+/* ratio2 NULL: no slope. */
+static struct strays strays_of(const struct line_fit *f, const struct spectrum *s, size_t n,
+                               wide ratio2)
+{
+    struct strays r = { w_int(0), w_int(0), w_int(0) };
+    wide two = w_int(2);
+    for (size_t k = 0; k < n; k++) {
+        wide level, slope;
+        stray_of(f, s, n, k, &level, &slope);
+        wide scaled = ratio2 != NULL ? w_div(slope, ratio2) : w_int(0);
+        w_add_to(r.sum, w_add(w_square(level), w_mul(scaled, slope)));
+        w_add_to(r.by_ratio, w_mul(two, w_mul(scaled, slope)));
+        for (size_t i = 0; i < f->n; i++) {
+            wide by = w_add(w_mul(f->by_level[i], level), w_mul(f->by_slope[i], scaled));
+            if (!isnan(s[0].value[i]))
+                w_add_to(r.by_values, w_abs(w_mul(two, w_mul(by, w(s[k].value[i])))));
+        }
+    }
+    return r;
+}
+
 static void placement_of(const wide *x, wide *placement, wide *sensitivity)
 {
     static struct spectrum s[REPLICATES];
@@ -273,46 +318,20 @@ static void placement_of(const wide *x, wide *placement, wide *sensitivity)
     replicates_of(chosen, s);
     line_fit_of(&s[0], &f); /* the first has the gap */
     size_t n = (size_t)chosen[1];
-    bool sloped = chosen[7] > 0.0;
-    wide ratio2 = sloped ? w_square(x[7]) : w_int(1), sum = w_int(0), by_values = w_int(0);
-    wide none = w_int(0), by_ratio = w_int(0);
-    for (size_t k = 0; k < n; k++) {
-        wide level = w_int(0), slope = w_int(0);
-        for (size_t i = 0; i < f.n; i++) {
-            wide mean = w_int(0);
-            if (isnan(s[0].value[i]))
-                continue;
-            for (size_t j = 0; j < n; j++)
-                mean = w_add(mean, w(s[j].value[i]));
-            wide off = w_sub(w(s[k].value[i]), w_div(mean, w_int((long)n)));
-            level = w_add(level, w_mul(f.by_level[i], off));
-            slope = w_add(slope, w_mul(f.by_slope[i], off));
-        }
-        wide by_slope = sloped ? w_div(slope, ratio2) : none;
-        w_add_to(sum, w_add(w_square(level), w_mul(by_slope, slope)));
-        w_add_to(by_ratio, w_mul(by_slope, slope));
-        for (size_t i = 0; i < f.n; i++) {
-            wide by = w_add(w_mul(f.by_level[i], level), w_mul(f.by_slope[i], by_slope));
-            if (!isnan(s[0].value[i]))
-                w_add_to(by_values, w_abs(w_mul(by, w(s[k].value[i]))));
-        }
-    }
-    wide directions = w_int(sloped ? 2 : 1), degrees = w_mul(directions, w_int((long)n - 1));
-    wide part = w_add(f.level_variance, sloped ? w_div(f.slope_variance, ratio2) : none);
-    wide white = w_mul(w_square(x[5]), w_div(part, directions)), known = w_square(x[6]);
-    wide seen = w_max(w_sub(w_div(sum, degrees), white), none);
-    wide prior = w_int(8), all = w_add(degrees, prior);
-    wide square = w_div(w_add(w_mul(degrees, seen), w_mul(prior, known)), all);
-    *placement = w_sqrt(square);
+    wide ratio2 = chosen[7] > 0.0 ? w_square(x[7]) : NULL, none = w_int(0);
+    wide directions = w_int(ratio2 != NULL ? 2 : 1);
+    wide degrees = w_mul(directions, w_int((long)n - 1)), prior = w_int(8);
+    struct strays r = strays_of(&f, s, n, ratio2);
+    wide part = w_add(f.level_variance, ratio2 != NULL ? w_div(f.slope_variance, ratio2) : none);
+    wide white = w_mul(degrees, w_mul(w_square(x[5]), w_div(part, directions)));
+    wide seen = w_max(w_sub(r.sum, white), none), known = w_mul(prior, w_square(x[6]));
+    wide all = w_add(degrees, prior), root = w_sqrt(w_div(w_add(seen, known), all));
     /* Of the square; half of it, over the root, is that of the root. */
-    wide by =
-        w_mul(w_int(2), w_add(w_add(by_values, by_ratio), w_mul(w_mul(w_int(2), degrees), white)));
-    wide of_square = w_mul(w_int(2), w_mul(prior, known));
+    wide by = w_mul(w_int(2), known);
     if (!w_is_zero(seen))
-        of_square = w_add(of_square, by);
-    *sensitivity =
-        w_is_zero(square) ? none : w_div(w_div(of_square, all), w_mul(w_int(2), *placement));
-    *placement = w_less(w_int(1), *placement) ? w_int(1) : *placement;
+        by = w_add(by, w_add(w_add(r.by_values, r.by_ratio), w_mul(w_int(4), white)));
+    *sensitivity = w_is_zero(root) ? none : w_div(w_div(by, all), w_mul(w_int(2), root));
+    *placement = w_less(w_int(1), root) ? w_int(1) : root;
 }
 
 static void placement_twin(const wide *x, wide *y)
