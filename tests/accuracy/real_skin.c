@@ -92,7 +92,7 @@ static void judge_both(const struct skin_figures of[2])
     }
 }
 
-/* ---- a model, and the paper's constants ---------------------------------------------- */
+/* ---- a model, and the paper's constants --------------------------------------------- */
 
 static void judge(const struct model *model)
 {

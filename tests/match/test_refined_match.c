@@ -193,7 +193,7 @@ static void test_noise_that_cannot_be(void)
     }
 }
 
-/* ---- a row and from there a fit ------------------------------------------------------- */
+/* ---- a row and from there a fit ----------------------------------------------------- */
 
 static struct table table;
 static struct matcher matcher;

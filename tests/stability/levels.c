@@ -9,7 +9,7 @@
 #include "tests/stability/rooms.h"
 #include "tests/stability/whole.h"
 
-/* ---- every set, one after the other ----------------------------------------------------- */
+/* ---- every set, one after the other ------------------------------------------------- */
 
 /* A study or a whole; past the last both are NULL. */
 struct set {
@@ -42,7 +42,7 @@ static double *outputs_of(const struct set *set, uint64_t *n)
     return set->study != NULL ? study_outputs(set->study, n) : set->whole->outputs(n);
 }
 
-/* ---- files ------------------------------------------------------------------------------ */
+/* ---- files -------------------------------------------------------------------------- */
 
 int levels_write(const char *path)
 {
@@ -75,7 +75,7 @@ static double *read_outputs(FILE *file, uint64_t *n)
     return all;
 }
 
-/* ---- differences ------------------------------------------------------------------------ */
+/* ---- differences -------------------------------------------------------------------- */
 
 double levels_ulp(double a, double b)
 {

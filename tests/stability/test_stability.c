@@ -134,7 +134,7 @@ static void test_no_number_is_no_answer(void)
     TEST_ASSERT_FALSE(verdict_on(exp_refused, one_to_two, exponential).met);
 }
 
-/* ---- two builds ------------------------------------------------------------------------ */
+/* ---- two builds --------------------------------------------------------------------- */
 
 static void test_ulps_between_two_doubles(void)
 {

@@ -19,7 +19,7 @@ enum { BANDS = 31 };
 #define FIRST_NM 400.0
 #define STEP_NM 10.0
 
-/* ---- outputs, and skins to make them of ------------------------------------------------ */
+/* ---- outputs, and skins to make them of --------------------------------------------- */
 
 struct outputs {
     double *value;
@@ -77,7 +77,7 @@ static struct tissue person(struct dice *dice, size_t i)
     return t;
 }
 
-/* ---- transport ------------------------------------------------------------------------- */
+/* ---- transport ---------------------------------------------------------------------- */
 
 static double *transport_outputs(uint64_t *n)
 {
@@ -120,7 +120,7 @@ static double *transport_extremes(uint64_t *n)
     return taken(&out, n);
 }
 
-/* ---- random walks ---------------------------------------------------------------------- */
+/* ---- random walks ------------------------------------------------------------------- */
 
 static double *monte_carlo_outputs(uint64_t *n)
 {
@@ -149,7 +149,7 @@ static double *monte_carlo_outputs(uint64_t *n)
     return taken(&out, n);
 }
 
-/* ---- spectra by vectors ---------------------------------------------------------------- */
+/* ---- spectra by vectors ------------------------------------------------------------- */
 
 static void quick_by(enum quick_vectors v, const char *model, struct outputs *out)
 {
@@ -182,7 +182,7 @@ static double *quick_outputs(uint64_t *n)
     return taken(&out, n);
 }
 
-/* ---- whole fits ------------------------------------------------------------------------ */
+/* ---- whole fits --------------------------------------------------------------------- */
 
 static void put_fit(const struct fit *fit, const struct noise *noise, const struct spectrum *s,
                     size_t replicates, struct outputs *out)
