@@ -163,7 +163,7 @@ $(BUILD)/bench/inversion: $(BUILD)/obj/tests/bench/inversion.o $(lib_a)
 $(BUILD)/bench/drivers: $(BUILD)/obj/tests/bench/drivers.o \
         $(call objects,$(sims_c) tests/sim/wire_memory.c tests/support/ocean_bench.c) $(drivers_o) $(lib_a)
 	@mkdir -p $(@D)
-	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(WIRES_LIBS) -lm
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) $(WIRES_LIBS) -lm
 
 stability: need-stability $(BUILD)/stability/stability ## every function of optics, colour and match over extreme inputs, against MPFR
 	@$(BUILD)/stability/stability
