@@ -272,7 +272,9 @@ static enum driver_result look_for_marker(struct instrument *in, bool settle, in
     *found = *busy = false;
     while (r == DRIVER_OK && !*found && !*busy) {
         enum driver_result came = read_line(in, in->line[0], deadline_ms, &attempt);
-        if (came == DRIVER_TIMEOUT)
+        /* Part of a line would stay, and be told of for ever: ask again instead. */
+        bool broken = came == DRIVER_PROTOCOL && line_is_kept(&in->reader);
+        if (came == DRIVER_TIMEOUT || broken)
             return DRIVER_OK;
         if (came != DRIVER_OK && came != DRIVER_PROTOCOL) {
             *error = attempt;

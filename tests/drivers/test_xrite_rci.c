@@ -742,6 +742,29 @@ static void test_no_reply_is_taken_for_another(void)
         }
 }
 
+/* Where a wait for the button is ended, the serial number is asked for to get into step: part of
+ * its answer is not looked at for ever. */
+static void test_a_damaged_marker(void)
+{
+    static const char *const faults[] = { "fault garbage 40", "fault truncated 3",
+                                          "fault truncated -1", "fault longer 3000", "fault late" };
+    start_without_operator();
+    for (size_t f = 0; f < sizeof faults / sizeof *faults; f++) {
+        wait_for_press(5, false);
+        memset(wire.cue, 0, sizeof wire.cue);
+        cue(&wire, "00SN", 1, faults[f]);
+        enum driver_result r = measure();
+        if (r == DRIVER_OK)
+            check_truth();
+        else
+            TEST_ASSERT_TRUE_MESSAGE(r == DRIVER_PROTOCOL || r == DRIVER_TIMEOUT, faults[f]);
+        act("fault none");
+        wire.cue[0].on = 0;
+        EXPECT(DRIVER_OK, measure());
+        check_truth();
+    }
+}
+
 static void test_another_program_on_the_port(void)
 {
     static const char *const commands[] = { "CE", "RM", "0101GM", "0001GM" };
@@ -973,6 +996,7 @@ int main(void)
     RUN_TEST(test_replies_split_anywhere);
     RUN_TEST(test_one_byte_each_100_ms);
     RUN_TEST(test_no_reply_is_taken_for_another);
+    RUN_TEST(test_a_damaged_marker);
     RUN_TEST(test_another_program_on_the_port);
     RUN_TEST(test_unplugged_anywhere);
     RUN_TEST(test_unplugged_while_idle);
