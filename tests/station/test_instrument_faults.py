@@ -248,6 +248,18 @@ class Calibration(WithInstruments):
                     c.call("instrument.calibrate", lease=lease, step="white")
                 self.daemon.stop()
 
+    def test_tile_not_in_place_at_an_instruments_own_display(self):
+        """An SP62 asks for white, and skin is there: refused, still due, and well after it."""
+        unit = SP62(self)
+        c = self.start_with(unit)
+        lease = c.acquire(unit.name)["lease"]
+        with self.refused("calibration_implausible"):
+            unit.calibrate(c, lease, ("skin", "black"))
+        with self.refused("calibration_due"):
+            c.measure(lease)
+        unit.calibrate(c, lease)
+        self.assertEqual(c.measure(lease)["seq"], 1)
+
     def test_lamp_fails(self):
         """Each says so in its own way; nothing is stored."""
         reasons = {"cm700d": "instrument_fault", "sp62": "instrument_fault",
