@@ -159,6 +159,10 @@ $(BUILD)/bench/inversion: $(BUILD)/obj/tests/bench/inversion.o $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(shell pkg-config --libs cminpack) -lm
 
+$(BUILD)/bench/transport: $(call objects,tests/bench/transport.c tests/support/doubling.c) $(lib_a)
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
+
 # Drivers and the simulators in one program.
 $(BUILD)/bench/drivers: $(BUILD)/obj/tests/bench/drivers.o \
         $(call objects,$(sims_c) tests/sim/wire_memory.c tests/support/ocean_bench.c) $(drivers_o) $(lib_a)

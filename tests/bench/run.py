@@ -1,6 +1,6 @@
 """run.py - the station's figures, each beside its bar.
 
-    BUILD=build python3 -B tests/bench/run.py [throughput] [latency] [drivers] [start] [inversion]
+    BUILD=build python3 -B tests/bench/run.py [throughput] [latency] [drivers] [start] [inversion] [transport]
 
 Without a name all of them.  BENCH_DIR is a folder on the disk to measure (in BUILD by
 default).  What is missing (redis, pip) is skipped with a message.  Every program runs
@@ -17,6 +17,7 @@ import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
+import environment  # noqa: E402
 import latency  # noqa: E402
 import machine  # noqa: E402
 import queries  # noqa: E402
@@ -41,6 +42,7 @@ DRIVER_MS = 2
 STATUS_MS, MATCH_MS = 50, 500
 IDLE_PERCENT = 0.05  # prints as 0.0
 RESIDENT_MB = 40
+TIMES_IADPYTHON = 100
 
 
 def heading(text):
@@ -215,12 +217,32 @@ def show_inversion():
     row("others took of all cores", f"{others.percent:.0f} %")
 
 
+# ---- transport ------------------------------------------------------------------------------
+
+
+def show_transport():
+    """transport-8 beside its plain twin and, where it can be had, beside iadpython."""
+    heading("one wavelength with 8 streams")
+    program = os.path.join(BENCH, "transport")
+    subprocess.run(["make", "--no-print-directory", f"BUILD={services.BUILD}", program], check=True)
+    said = subprocess.run([program], check=True, stdout=subprocess.PIPE, text=True).stdout
+    print(said, end="")
+    python = environment.python_with(iadpython="iadpython", scipy="scipy")
+    if python is None:
+        return
+    peer_us = float(environment.run(python, "transport_iadpython.py"))
+    times = peer_us / float(said.split()[1])
+    row("iadpython, one endless layer", f"{peer_us:.0f} us")
+    row("times as fast", f"{times:.0f}", f"{TIMES_IADPYTHON}", times >= TIMES_IADPYTHON)
+
+
 SECTIONS = {
     "throughput": show_throughput,
     "latency": show_latency,
     "drivers": show_drivers,
     "start": show_start,
     "inversion": show_inversion,
+    "transport": show_transport,
 }
 
 

@@ -15,11 +15,11 @@ import tempfile
 _TESTS = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(_TESTS, "station"))
 
+import environment  # noqa: E402
 from daemon import BUILD, ROOT, Daemon, wait_for  # noqa: E402
 
 CONNECTIONS = 32
 LOAD = os.path.join(BUILD, "bench", "load")
-VENV = os.path.join(BUILD, "bench-venv")
 _ENDS_S = 20
 
 
@@ -137,9 +137,8 @@ class Baseline(_Other):
         self.file = os.path.join(folder, "station.db")
         with Daemon(state=folder, instruments=()):
             wait_for("the store", lambda: os.path.exists(self.file))
-        python = os.path.join(VENV, "bin", "python")
         program = os.path.join(_TESTS, "bench", "baseline.py")
-        self._start(python, "-B", program, self.socket, self.file)
+        self._start(environment.PYTHON, "-B", program, self.socket, self.file)
 
     def _answers(self):
         return os.path.exists(self.socket)
@@ -196,23 +195,9 @@ class Redis(_Other):
         """It is not ours to check."""
 
 
-def _succeeds(*command):
-    return subprocess.run(
-        command, check=False, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    ).returncode == 0  # fmt: skip
-
-
 def can_run_baseline():
     """What it stands on is put into an environment of its own, once."""
-    python = os.path.join(VENV, "bin", "python")
-    if os.path.exists(python) and _succeeds(python, "-c", "import uvloop, orjson"):
-        return True
-    if _succeeds(sys.executable, "-m", "venv", VENV) and _succeeds(
-        python, "-m", "pip", "install", "uvloop", "orjson"
-    ):
-        return True
-    print("bench: no baseline: python3-venv is missing, or pip reaches no uvloop and orjson")
-    return False
+    return environment.python_with(uvloop="uvloop", orjson="orjson") is not None
 
 
 def can_run_redis():
