@@ -11,7 +11,10 @@
  * squares of floats err by less than 18 x 2^-24 < 2e-6 of themselves, and by
  * nothing worth FLT_MIN where squares underflow.  threshold() allows for all of it.
  * A box's bound needs nothing of its own: it is made by the same operations as the
- * distance of a point in it, from smaller differences, and rounding is monotonic. */
+ * distance of a point in it, from smaller differences, and rounding is monotonic.
+ *
+ * Fields.  A box keeps what its rows' fields lie between, as floats rounded outwards; a row's
+ * own are looked up in their columns, which are not rounded. */
 #include "match/kd_tree.h"
 
 #include <float.h>
@@ -20,7 +23,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WIDTH = 16, MAX_LEVELS = 8 }; /* 16^8 = 2^32 rows */
+enum { WIDTH = KD_TREE_WIDTH, MAX_LEVELS = 8 }; /* 16^8 = 2^32 rows */
 
 /* Squares of this still fit a float. */
 static const double largest_norm = 1e15;
@@ -37,6 +40,9 @@ struct kd_tree {
     unsigned levels;
     size_t entries[MAX_LEVELS]; /* points or boxes of a level */
     float *low[MAX_LEVELS], *high[MAX_LEVELS];
+    /* [group][KD_TREE_FIELDS][WIDTH] of boxes; NULL at level 0 and without fields. */
+    float *field_low[MAX_LEVELS], *field_high[MAX_LEVELS];
+    const double *field[KD_TREE_FIELDS];
     uint32_t *row; /* [entries[0]] */
     double norm;   /* of the farthest point */
     judge_group *judge;
@@ -230,12 +236,81 @@ static enum status lay_out(struct kd_tree *tree, size_t n)
     return STATUS_OK;
 }
 
+/* ---- fields ----------------------------------------------------------------------------- */
+
+static float float_below(double x)
+{
+    float f = (float)x;
+    return (double)f > x ? nextafterf(f, -INFINITY) : f;
+}
+
+static float float_above(double x)
+{
+    return -float_below(-x);
+}
+
+static enum status lay_out_fields(struct kd_tree *tree, const struct kd_tree_rows *rows)
+{
+    size_t floats = 0;
+    memcpy(tree->field, rows->field, sizeof tree->field);
+    if (rows->field[0] == NULL || tree->levels == 1)
+        return STATUS_OK;
+    for (unsigned level = 1; level < tree->levels; level++)
+        floats += 2 * groups_of(tree->entries[level]);
+    float *place = calloc(floats, sizeof *place * KD_TREE_FIELDS * WIDTH);
+    if (place == NULL)
+        return STATUS_NO_MEMORY;
+    for (unsigned level = 1; level < tree->levels; level++) {
+        size_t size = groups_of(tree->entries[level]) * KD_TREE_FIELDS * WIDTH;
+        tree->field_low[level] = place;
+        tree->field_high[level] = place + size;
+        place += 2 * size;
+    }
+    return STATUS_OK;
+}
+
+/* One field's least and most of an entry; of a point its own. */
+static void field_ends(const struct kd_tree *tree, unsigned level, size_t entry, size_t field,
+                       float *low, float *high)
+{
+    size_t place = (entry / WIDTH * KD_TREE_FIELDS + field) * WIDTH + entry % WIDTH;
+    if (level > 0) {
+        *low = tree->field_low[level][place];
+        *high = tree->field_high[level][place];
+    } else {
+        *low = float_below(tree->field[field][tree->row[entry]]);
+        *high = float_above(tree->field[field][tree->row[entry]]);
+    }
+}
+
+/* Of each entry of `level`, from the group below it.  A value that is not a number is in no
+ * range, so it widens none. */
+static void place_fields(struct kd_tree *tree, unsigned level)
+{
+    for (size_t i = 0; i < tree->entries[level]; i++)
+        for (size_t field = 0; field < KD_TREE_FIELDS; field++) {
+            size_t place = (i / WIDTH * KD_TREE_FIELDS + field) * WIDTH + i % WIDTH;
+            float least = (float)INFINITY, most = -(float)INFINITY;
+            size_t end = (i + 1) * WIDTH, last = tree->entries[level - 1];
+            for (size_t below = i * WIDTH; below < (end < last ? end : last); below++) {
+                float low, high;
+                field_ends(tree, level - 1, below, field, &low, &high);
+                least = low < least ? low : least;
+                most = high > most ? high : most;
+            }
+            tree->field_low[level][place] = least;
+            tree->field_high[level][place] = most;
+        }
+}
+
+/* ---- all of it -------------------------------------------------------------------------- */
+
 /* All points as floats, and the largest norm; false where one is out of range. */
-static bool take_points(struct kd_tree *tree, kd_tree_point *point, void *context, float *ret)
+static bool take_points(struct kd_tree *tree, const struct kd_tree_rows *rows, float *ret)
 {
     for (size_t i = 0; i < tree->entries[0]; i++) {
         double p[KD_TREE_MAX_DIMS], square = 0.0;
-        point(context, i, p);
+        rows->point(rows->context, i, p);
         for (size_t dim = 0; dim < tree->dims; dim++)
             square += p[dim] * p[dim];
         if (!(sqrt(square) <= largest_norm)) /* as NaN is not */
@@ -247,10 +322,10 @@ static bool take_points(struct kd_tree *tree, kd_tree_point *point, void *contex
     return true;
 }
 
-enum status kd_tree_open(size_t n, size_t dims, kd_tree_point *point, void *context,
-                         struct kd_tree **ret)
+enum status kd_tree_open(const struct kd_tree_rows *rows, struct kd_tree **ret)
 {
     enum status s;
+    size_t n = rows->n, dims = rows->dims;
     float *points = NULL;
     if (n > UINT32_MAX)
         return STATUS_RANGE;
@@ -260,6 +335,8 @@ enum status kd_tree_open(size_t n, size_t dims, kd_tree_point *point, void *cont
     tree->dims = dims;
     tree->judge = best_judge();
     s = lay_out(tree, n);
+    if (s == STATUS_OK)
+        s = lay_out_fields(tree, rows);
     if (s != STATUS_OK)
         goto fail;
     s = STATUS_NO_MEMORY;
@@ -267,7 +344,7 @@ enum status kd_tree_open(size_t n, size_t dims, kd_tree_point *point, void *cont
     if (points == NULL)
         goto fail;
     s = STATUS_RANGE;
-    if (!take_points(tree, point, context, points))
+    if (!take_points(tree, rows, points))
         goto fail;
     for (size_t i = 0; i < n; i++)
         tree->row[i] = (uint32_t)i;
@@ -275,6 +352,8 @@ enum status kd_tree_open(size_t n, size_t dims, kd_tree_point *point, void *cont
     place_points(tree, points);
     for (unsigned level = 1; level < tree->levels; level++)
         place_boxes(tree, level);
+    for (unsigned level = 1; level < tree->levels && tree->field_low[1] != NULL; level++)
+        place_fields(tree, level);
     free(points);
     *ret = tree;
     return STATUS_OK;
@@ -289,7 +368,8 @@ void kd_tree_close(struct kd_tree *tree)
     if (tree == NULL)
         return;
     free(tree->row);
-    free(tree->low[0]); /* the block of all levels */
+    free(tree->low[0]);       /* the block of all levels */
+    free(tree->field_low[1]); /* the same */
     free(tree);
 }
 
@@ -297,25 +377,54 @@ void kd_tree_close(struct kd_tree *tree)
 
 struct visit {
     const struct kd_tree *tree;
+    struct kd_tree_task *task;
     float query[KD_TREE_MAX_DIMS];
     double slack;
-    float threshold; /* squares above it are of rows that do not matter */
-    kd_tree_look *look;
-    void *context;
+    float threshold; /* squares above it, or bounds, are of rows that do not matter */
+    float lo[KD_TREE_FIELDS], hi[KD_TREE_FIELDS]; /* of the range, rounded outwards */
 };
 
 /* See the top; 1e-6 is for the caller's own rounding of its distances. */
 static float threshold(const struct visit *v, double distance)
 {
+    if (v->task->bound != NULL)
+        return float_above(distance);
     double reach = distance * (1.0 + 1e-6) + v->slack;
     return (float)(reach * reach * (1.0 + 1e-5) + (double)FLT_MIN);
+}
+
+/* NaN for the boxes of a group that hold nothing of the range. */
+static void leave_out(const struct visit *v, unsigned level, size_t group, float square[WIDTH])
+{
+    const float *low = v->tree->field_low[level] + group * KD_TREE_FIELDS * WIDTH;
+    const float *high = v->tree->field_high[level] + group * KD_TREE_FIELDS * WIDTH;
+    for (size_t field = 0; field < KD_TREE_FIELDS; field++)
+        for (size_t i = 0; i < WIDTH; i++)
+            if (low[field * WIDTH + i] > v->hi[field] || high[field * WIDTH + i] < v->lo[field])
+                square[i] = NAN;
 }
 
 static void judge(const struct visit *v, unsigned level, size_t group, float square[WIDTH])
 {
     size_t first = group * v->tree->dims * WIDTH;
-    v->tree->judge(v->tree->dims, v->tree->low[level] + first, v->tree->high[level] + first,
-                   v->query, square);
+    const float *low = v->tree->low[level] + first, *high = v->tree->high[level] + first;
+    if (v->task->bound != NULL)
+        v->task->bound(v->task->context, low, high, square);
+    else
+        v->tree->judge(v->tree->dims, low, high, v->query, square);
+    if (v->task->range != NULL && level > 0)
+        leave_out(v, level, group, square);
+}
+
+static bool row_in_range(const struct visit *v, size_t row)
+{
+    const struct kd_tree_range *range = v->task->range;
+    for (size_t field = 0; range != NULL && field < KD_TREE_FIELDS; field++) {
+        double value = v->tree->field[field][row];
+        if (!(value >= range->lo[field] && value <= range->hi[field])) /* as NaN is not */
+            return false;
+    }
+    return true;
 }
 
 /* The entries of a group that matter, nearest first; their number. */
@@ -324,7 +433,7 @@ static size_t sort_entries(const struct visit *v, size_t count, const float squa
 {
     size_t n = 0;
     for (size_t i = 0; i < count; i++) {
-        if (square[i] > v->threshold)
+        if (!(square[i] <= v->threshold)) /* as NaN is not */
             continue;
         size_t place = n++;
         for (; place > 0 && square[i] < square[order[place - 1]]; place--)
@@ -338,31 +447,42 @@ static void visit_group(struct visit *v, unsigned level, size_t group)
 {
     float square[WIDTH];
     size_t order[WIDTH], first = group * WIDTH, left = v->tree->entries[level] - first;
+    size_t count = left < WIDTH ? left : WIDTH;
     judge(v, level, group, square);
-    size_t n = sort_entries(v, left < WIDTH ? left : WIDTH, square, order);
+    v->task->judged += count;
+    size_t n = sort_entries(v, count, square, order);
     for (size_t i = 0; i < n && square[order[i]] <= v->threshold; i++) {
         size_t entry = first + order[i];
         if (level > 0)
             visit_group(v, level - 1, entry);
-        else
-            v->threshold = threshold(v, v->look(v->context, v->tree->row[entry]));
+        else if (row_in_range(v, v->tree->row[entry]))
+            v->threshold = threshold(v, v->task->look(v->task->context, v->tree->row[entry]));
     }
 }
 
-bool kd_tree_search(const struct kd_tree *tree, const double *query, kd_tree_look *look,
-                    void *context)
+/* false where the query is beyond what a tree takes. */
+static bool take_query(struct visit *v)
 {
-    struct visit v = {
-        .tree = tree, .threshold = (float)INFINITY, .look = look, .context = context
-    };
     double square = 0.0;
-    for (size_t dim = 0; dim < tree->dims; dim++)
-        square += query[dim] * query[dim];
+    for (size_t dim = 0; dim < v->tree->dims; dim++)
+        square += v->task->query[dim] * v->task->query[dim];
     if (!(sqrt(square) <= largest_norm))
         return false;
-    for (size_t dim = 0; dim < tree->dims; dim++)
-        v.query[dim] = (float)query[dim];
-    v.slack = 0x1p-23 * (sqrt(square) + tree->norm);
+    for (size_t dim = 0; dim < v->tree->dims; dim++)
+        v->query[dim] = (float)v->task->query[dim];
+    v->slack = 0x1p-23 * (sqrt(square) + v->tree->norm);
+    return true;
+}
+
+bool kd_tree_search(const struct kd_tree *tree, struct kd_tree_task *task)
+{
+    struct visit v = { .tree = tree, .task = task, .threshold = (float)INFINITY };
+    if (task->bound == NULL && !take_query(&v))
+        return false;
+    for (size_t field = 0; task->range != NULL && field < KD_TREE_FIELDS; field++) {
+        v.lo[field] = float_below(task->range->lo[field]);
+        v.hi[field] = float_above(task->range->hi[field]);
+    }
     visit_group(&v, tree->levels - 1, 0);
     return true;
 }

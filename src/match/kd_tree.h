@@ -12,29 +12,59 @@
 
 #include "base/status.h"
 
-enum { KD_TREE_MAX_DIMS = 16 };
+enum { KD_TREE_MAX_DIMS = 16, KD_TREE_WIDTH = 16, KD_TREE_FIELDS = 3 };
 
 /* Points must not lie further apart than the things they stand for, but for rounding:
  * |p(x) - p(y)| <= d(x, y) + 1e-9 (|p(x)| + |p(y)|). */
 typedef void kd_tree_point(void *context, size_t row, double *point);
 
+/* What makes a tree: rows 0 .. n-1, n >= 1, at point(context, row, ...)[dims], 1 <= dims <=
+ * KD_TREE_MAX_DIMS.  field: columns [n] that a search may be limited by, all or none; they must
+ * outlive the tree. */
+struct kd_tree_rows {
+    size_t n, dims;
+    kd_tree_point *point;
+    void *context;
+    const double *field[KD_TREE_FIELDS];
+};
+
 /* Made once, then only read: many threads may search at a time. */
 struct kd_tree;
 
-/* Rows 0 .. n-1, n >= 1, at point(context, row, ...)[dims], 1 <= dims <= KD_TREE_MAX_DIMS.
- * STATUS_RANGE where a point is not finite or farther than 1e15 from the origin, or there
+/* STATUS_RANGE where a point is not finite or farther than 1e15 from the origin, or there
  * are more rows than 32 bits count; STATUS_NO_MEMORY. */
-enum status kd_tree_open(size_t n, size_t dims, kd_tree_point *point, void *context,
-                         struct kd_tree **ret);
+enum status kd_tree_open(const struct kd_tree_rows *rows, struct kd_tree **ret);
 void kd_tree_close(struct kd_tree *tree); /* takes NULL */
 
 /* Shown a row; returns the distance d above which rows no longer matter, which never
  * grows; INFINITY while all do. */
 typedef double kd_tree_look(void *context, size_t row);
 
-/* Shows every row that matters, about the nearest first, and some that do not.
- * false, and nothing shown, where the query is not finite or beyond 1e15. */
-bool kd_tree_search(const struct kd_tree *tree, const double *query, kd_tree_look *look,
-                    void *context);
+/* A measure of the caller's own instead of the distance between points: to at most what any
+ * point in a box can have of it, for KD_TREE_WIDTH boxes at once.  low, high:
+ * [dims][KD_TREE_WIDTH], their corners; the points are at both.  They are rounded to floats: a
+ * row's own coordinate x lies within 2^-24 |x| of what is kept.  Bounds of boxes past the end do
+ * not matter. */
+typedef void kd_tree_bound(void *context, const float *low, const float *high,
+                           float bound[KD_TREE_WIDTH]);
+
+/* Values that fields have to be within, ends included. */
+struct kd_tree_range {
+    double lo[KD_TREE_FIELDS], hi[KD_TREE_FIELDS];
+};
+
+struct kd_tree_task {
+    const double *query; /* [dims]; not used with a bound of the caller's own */
+    kd_tree_look *look;
+    kd_tree_bound *bound;              /* NULL: the distance between points */
+    void *context;                     /* of both */
+    const struct kd_tree_range *range; /* NULL: all rows; only for a tree with fields */
+    size_t judged;                     /* boxes and points are added that were judged */
+};
+
+/* Shows every row that matters and lies in the range, about the nearest first, and some that
+ * do not matter.  Boxes without a row in the range are not entered.  false, and nothing
+ * shown, where the query is not finite or beyond 1e15. */
+bool kd_tree_search(const struct kd_tree *tree, struct kd_tree_task *task);
 
 #endif

@@ -108,8 +108,15 @@ static void spectrum_point(void *context, size_t row, double *point)
 static enum status prepare_tree(struct nearest *nearest)
 {
     bool spectra = nearest->by == MATCH_SPECTRUM;
-    enum status s = kd_tree_open(nearest->table->n, spectra ? COMPONENTS_DIMS : 3,
-                                 spectra ? spectrum_point : colour_point, nearest, &nearest->tree);
+    const struct table *t = nearest->table;
+    const struct kd_tree_rows rows = {
+        .n = t->n,
+        .dims = spectra ? COMPONENTS_DIMS : 3,
+        .point = spectra ? spectrum_point : colour_point,
+        .context = nearest,
+        .field = { t->Cm, t->Bm, t->Ch },
+    };
+    enum status s = kd_tree_open(&rows, &nearest->tree);
     return s == STATUS_RANGE ? STATUS_OK : s;
 }
 
@@ -168,15 +175,18 @@ void nearest_close(struct nearest *nearest)
 struct search {
     const struct nearest *nearest;
     struct best best;
-    double colour[3];       /* the query's, Lab or code */
-    struct overlap overlap; /* for spectra only */
-    double root_bands;      /* a rms times this is a distance between all bands */
+    double colour[3];                  /* the query's, Lab or code */
+    struct overlap overlap;            /* for spectra only */
+    double root_bands;                 /* a rms times this is a distance between all bands */
+    const struct nearest_range *range; /* NULL: all rows */
+    struct nearest_work work;
 };
 
 static double look_at_colour(void *context, size_t row)
 {
     struct search *search = context;
     const struct nearest *nearest = search->nearest;
+    search->work.rows++;
     double square = 0.0;
     for (int i = 0; i < 3; i++) {
         double difference = nearest->colour[i][nearest->step * row] - search->colour[i];
@@ -192,6 +202,7 @@ static double look_at_spectrum(void *context, size_t row)
     struct search *search = context;
     const double bands = (double)search->overlap.n;
     double limit = bands * best_limit_square(&search->best);
+    search->work.rows++;
     double sum = overlap_sum_of_squares(&search->overlap,
                                         table_spectrum(search->nearest->table, row), limit);
     if (sum <= limit)
@@ -204,6 +215,7 @@ static double look_at_de2000(void *context, size_t row)
     struct search *search = context;
     const struct table *t = search->nearest->table;
     const double Lab[3] = { t->L[row], t->a[row], t->b[row] };
+    search->work.rows++;
     best_offer(&search->best, row, delta_e_2000(search->colour, Lab));
     return best_limit(&search->best);
 }
@@ -217,12 +229,26 @@ static kd_tree_look *look_of(enum match_by by)
 
 /* ---- which rows to look at -------------------------------------------------------------- */
 
+static bool in_range(const struct search *search, size_t row)
+{
+    const struct nearest_range *range = search->range;
+    const struct table *t = search->nearest->table;
+    return range == NULL || (t->Cm[row] >= range->lo[0] && t->Cm[row] <= range->hi[0] &&
+                             t->Bm[row] >= range->lo[1] && t->Bm[row] <= range->hi[1] &&
+                             t->Ch[row] >= range->lo[2] && t->Ch[row] <= range->hi[2]);
+}
+
 /* Told apart outside the loops, which are then as fast as loops over arrays are. */
 static void look_at_all(struct search *search)
 {
     size_t n = search->nearest->table->n;
     kd_tree_look *look = look_of(search->nearest->by);
-    if (look == look_at_spectrum)
+    if (search->range != NULL) {
+        for (size_t row = 0; row < n; row++)
+            if (in_range(search, row))
+                look(search, row);
+        search->work.judged += n;
+    } else if (look == look_at_spectrum)
         for (size_t row = 0; row < n; row++)
             look_at_spectrum(search, row);
     else if (look == look_at_colour)
@@ -248,7 +274,16 @@ static bool look_by_tree(struct search *search)
         components_point(nearest->components, search->overlap.value, point);
         query = point;
     }
-    return kd_tree_search(nearest->tree, query, look_of(nearest->by), search);
+    struct kd_tree_range range;
+    struct kd_tree_task task = { .query = query, .look = look_of(nearest->by), .context = search };
+    if (search->range != NULL) {
+        memcpy(range.lo, search->range->lo, sizeof range.lo);
+        memcpy(range.hi, search->range->hi, sizeof range.hi);
+        task.range = &range;
+    }
+    bool applies = kd_tree_search(nearest->tree, &task);
+    search->work.judged += task.judged;
+    return applies;
 }
 
 /* First place in the order of L* whose row is not darker than L. */
@@ -283,7 +318,9 @@ static bool look_by_lightness(struct search *search, size_t place)
     double L = search->nearest->table->L[row];
     if (slack * delta_e_2000_lightness(search->colour[0], L) > best_limit(&search->best))
         return false;
-    look_at_de2000(search, row);
+    search->work.judged++;
+    if (in_range(search, row))
+        look_at_de2000(search, row);
     return true;
 }
 
@@ -304,13 +341,23 @@ static bool look_outwards(struct search *search)
 
 /* ---- questions -------------------------------------------------------------------------- */
 
+static bool range_is_one(const struct nearest_range *range)
+{
+    bool one = true;
+    for (int i = 0; i < 3; i++)
+        one = one && range->lo[i] <= range->hi[i]; /* as NaN is not */
+    return one;
+}
+
 static enum status search_init(const struct nearest *nearest, const struct nearest_query *query,
                                size_t k, struct nearest_hit *hits, struct search *ret)
 {
-    if (k == 0)
+    if (k == 0 || (query->range != NULL && !range_is_one(query->range)))
         return STATUS_RANGE;
     ret->nearest = nearest;
     ret->best = (struct best){ hits, k < nearest->table->n ? k : nearest->table->n, 0 };
+    ret->range = query->range;
+    ret->work = (struct nearest_work){ 0 };
     if (nearest->by == MATCH_SPECTRUM) {
         overlap_init(nearest->table, query->spectrum, &ret->overlap);
         ret->root_bands = sqrt((double)ret->overlap.n);
@@ -325,6 +372,19 @@ static enum status search_init(const struct nearest *nearest, const struct neare
     return STATUS_OK;
 }
 
+static enum status answer(const struct search *search, const struct nearest_query *query,
+                          size_t *found)
+{
+    if (query->work != NULL) {
+        query->work->rows += search->work.rows;
+        query->work->judged += search->work.judged;
+    }
+    if (search->best.n == 0)
+        return STATUS_NOT_FOUND;
+    *found = search->best.n;
+    return STATUS_OK;
+}
+
 enum status nearest_find(const struct nearest *nearest, const struct nearest_query *query, size_t k,
                          struct nearest_hit *hits, size_t *found)
 {
@@ -334,8 +394,7 @@ enum status nearest_find(const struct nearest *nearest, const struct nearest_que
         return s;
     if (!look_by_tree(&search) && !look_outwards(&search))
         look_at_all(&search);
-    *found = search.best.n;
-    return STATUS_OK;
+    return answer(&search, query, found);
 }
 
 enum status nearest_scan(const struct nearest *nearest, const struct nearest_query *query, size_t k,
@@ -346,8 +405,7 @@ enum status nearest_scan(const struct nearest *nearest, const struct nearest_que
     if (s != STATUS_OK)
         return s;
     look_at_all(&search);
-    *found = search.best.n;
-    return STATUS_OK;
+    return answer(&search, query, found);
 }
 
 size_t nearest_common_bands(const struct table *table, const struct spectrum *spectrum)

@@ -26,10 +26,24 @@ const char *match_by_name(enum match_by by);
 /* Fewer common bands than this are no basis for a comparison of spectra. */
 enum { NEAREST_MIN_BANDS = 10 };
 
+/* Rows that may be answers: their Cm, Bm and Ch, in this order, from lo to hi, ends
+ * included; -INFINITY and INFINITY where nothing is asked of one. */
+struct nearest_range {
+    double lo[3], hi[3];
+};
+
+/* What an answer took; searches add to it. */
+struct nearest_work {
+    size_t rows;   /* whose distance was taken */
+    size_t judged; /* points and boxes around many that a bound or a range was held against */
+};
+
 struct nearest_query {
     bool has_colour; /* Lab and rgb below are set; under the table's illuminant */
     double Lab[3], rgb[3];
     const struct spectrum *spectrum;
+    const struct nearest_range *range; /* NULL: all rows */
+    struct nearest_work *work;         /* NULL: not counted */
 };
 
 struct nearest_hit {
@@ -45,9 +59,11 @@ struct nearest;
 enum status nearest_open(const struct table *table, enum match_by by, struct nearest **ret);
 void nearest_close(struct nearest *nearest); /* takes NULL */
 
-/* The min(k, rows) nearest into hits[k], nearest first, their number in *found.
- * STATUS_RANGE for k = 0; STATUS_UNSUPPORTED where the query lacks the colour, or
- * has fewer than NEAREST_MIN_BANDS measured bands in common with the table. */
+/* The min(k, rows in the range) nearest into hits[k], nearest first, their number in *found.
+ * The index leaves out what lies outside the range; nothing is found first and dropped afterwards.
+ * STATUS_RANGE for k = 0 and for a range that ends before it begins or is not a number;
+ * STATUS_NOT_FOUND where no row lies in it; STATUS_UNSUPPORTED where the query lacks the colour,
+ * or has fewer than NEAREST_MIN_BANDS measured bands in common with the table. */
 enum status nearest_find(const struct nearest *nearest, const struct nearest_query *query, size_t k,
                          struct nearest_hit *hits, size_t *found);
 

@@ -43,9 +43,9 @@ void tearDown(void)
 
 static struct kd_tree *open_tree(const char *what)
 {
+    struct kd_tree_rows rows = { .n = cloud.n, .dims = cloud.dims, .point = cloud_point };
     struct kd_tree *tree;
-    TEST_ASSERT_EQUAL_INT_MESSAGE(
-        STATUS_OK, kd_tree_open(cloud.n, cloud.dims, cloud_point, NULL, &tree), what);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, kd_tree_open(&rows, &tree), what);
     return tree;
 }
 
@@ -135,7 +135,10 @@ static void search(const struct kd_tree *tree, const double *query, double radiu
     ret->query = query;
     ret->radius = radius;
     ret->nearest = (double)INFINITY;
-    TEST_ASSERT_TRUE_MESSAGE(kd_tree_search(tree, query, look, ret), what);
+    TEST_ASSERT_TRUE_MESSAGE(
+        kd_tree_search(tree,
+                       &(struct kd_tree_task){ .query = query, .look = look, .context = ret }),
+        what);
 }
 
 /* Every row within the radius once; none at all twice. */
@@ -167,6 +170,74 @@ static void test_nothing_is_missing(void)
             search(tree, query, (double)INFINITY, &v, c->what);
             TEST_ASSERT_EQUAL_size_t_MESSAGE(c->n, v.shown, c->what);
         }
+        kd_tree_close(tree);
+    }
+}
+
+/* ---- a measure of the caller's own -------------------------------------------------------- */
+
+/* The largest difference in any dimension: less than the distance, so not the tree's own. */
+static double largest_difference(const double *query, size_t row)
+{
+    double most = 0.0;
+    for (size_t dim = 0; dim < cloud.dims; dim++)
+        most = fmax(most, fabs(query[dim] - cloud.point[row][dim]));
+    return most;
+}
+
+static void bound_largest(void *context, const float *low, const float *high,
+                          float bound[KD_TREE_WIDTH])
+{
+    const struct viewer *v = context;
+    for (size_t i = 0; i < KD_TREE_WIDTH; i++) {
+        double most = 0.0;
+        for (size_t dim = 0; dim < cloud.dims; dim++) {
+            double from = (double)low[dim * KD_TREE_WIDTH + i];
+            double to = (double)high[dim * KD_TREE_WIDTH + i];
+            from -= 0x1p-24 * fabs(from);
+            to += 0x1p-24 * fabs(to);
+            most = fmax(most, fmax(from - v->query[dim], v->query[dim] - to));
+        }
+        bound[i] = nextafterf((float)most, 0.0f);
+    }
+}
+
+static double look_largest(void *context, size_t row)
+{
+    struct viewer *v = context;
+    v->shown++;
+    v->times[row]++;
+    v->nearest = fmin(v->nearest, largest_difference(v->query, row));
+    return v->nearest;
+}
+
+static void test_own_measure(void)
+{
+    static const struct cloud_case cases[] = { { "in a cube", 5000, 3, 1.0, 0.0, 0 },
+                                               { "far out", 3000, 8, 1.0, 1000.0, 0 } };
+    struct dice dice = { 44 };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        make_cloud(&cases[i], &dice);
+        struct kd_tree *tree = open_tree(cases[i].what);
+        size_t shown = 0;
+        for (size_t number = 0; number < 100; number++) {
+            static struct viewer v;
+            double query[KD_TREE_MAX_DIMS];
+            make_query(number, &dice, query);
+            memset(&v, 0, sizeof v);
+            v.query = query;
+            v.nearest = (double)INFINITY;
+            struct kd_tree_task task = { .look = look_largest,
+                                         .bound = bound_largest,
+                                         .context = &v };
+            TEST_ASSERT_TRUE(kd_tree_search(tree, &task));
+            for (size_t row = 0; row < cloud.n; row++)
+                if (largest_difference(query, row) <= v.nearest)
+                    TEST_ASSERT_EQUAL_INT_MESSAGE(1, v.times[row], cases[i].what);
+            shown += v.shown;
+            TEST_ASSERT_TRUE(task.judged < 2 * cloud.n);
+        }
+        TEST_ASSERT_TRUE(shown < 100 * cloud.n / 8);
         kd_tree_close(tree);
     }
 }
@@ -207,6 +278,7 @@ static const struct refused_case {
 static void test_refusals(void)
 {
     static const struct cloud_case some = { "some", 40, 3, 1.0, 0.0, 0 };
+    struct kd_tree_rows rows = { .n = 40, .dims = 3, .point = cloud_point };
     struct dice dice = { 47 };
     make_cloud(&some, &dice);
     struct kd_tree *tree = open_tree("some"), *untouched = tree;
@@ -214,17 +286,17 @@ static void test_refusals(void)
         const struct refused_case *c = &refused_cases[i];
         struct viewer v = { .radius = 1.0 };
         double query[3] = { 0.1, c->coordinate, 0.2 };
-        TEST_ASSERT_FALSE_MESSAGE(kd_tree_search(tree, query, look, &v), c->what);
+        struct kd_tree_task task = { .query = query, .look = look, .context = &v };
+        TEST_ASSERT_FALSE_MESSAGE(kd_tree_search(tree, &task), c->what);
         TEST_ASSERT_EQUAL_size_t_MESSAGE(0, v.shown, c->what);
         double kept = cloud.point[37][2];
         cloud.point[37][2] = c->coordinate;
-        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_RANGE, kd_tree_open(40, 3, cloud_point, NULL, &tree),
-                                      c->what);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_RANGE, kd_tree_open(&rows, &tree), c->what);
         TEST_ASSERT_EQUAL_PTR_MESSAGE(untouched, tree, c->what);
         cloud.point[37][2] = kept;
     }
-    TEST_ASSERT_EQUAL_INT(STATUS_RANGE,
-                          kd_tree_open((size_t)UINT32_MAX + 1, 3, cloud_point, NULL, &tree));
+    rows.n = (size_t)UINT32_MAX + 1;
+    TEST_ASSERT_EQUAL_INT(STATUS_RANGE, kd_tree_open(&rows, &tree));
     kd_tree_close(untouched);
     kd_tree_close(NULL);
 }
@@ -233,6 +305,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_nothing_is_missing);
+    RUN_TEST(test_own_measure);
     RUN_TEST(test_most_are_passed_over);
     RUN_TEST(test_refusals);
     return UNITY_END();

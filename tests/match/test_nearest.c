@@ -231,7 +231,7 @@ static void test_equal_rows_come_by_id(void)
                                       { 50, 10, 10 }, { 50, 10, 10 }, { 50, 10, 10 } };
     static const double value[6] = { 0.25, 0.25, 0.25, 0.25, 0.25, 0.25 };
     static struct spectrum s = { .first_nm = 400, .step_nm = 10, .n = 31 };
-    struct nearest_query q = { true, { 55, 12, 9 }, { 0.3, 0.1, 0.2 }, &s };
+    struct nearest_query q = { true, { 55, 12, 9 }, { 0.3, 0.1, 0.2 }, &s, NULL, NULL };
     struct table t;
     for (size_t i = 0; i < 31; i++)
         s.value[i] = 0.5;
