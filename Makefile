@@ -20,7 +20,7 @@ PKG_CFLAGS = $(shell pkg-config --cflags $(PACKAGES) $(WIRES))
 PKG_LIBS   = $(shell pkg-config --libs $(PACKAGES))
 WIRES_LIBS = $(shell pkg-config --libs $(WIRES))
 
-core_c  := $(wildcard src/base/*.c src/optics/*.c src/colour/*.c src/match/*.c)
+core_c  := $(wildcard src/base/*.c src/optics/*.c src/colour/*.c src/match/*.c src/plan/*.c)
 db_c    := $(wildcard db/*.c)
 json_c  := $(wildcard src/json/*.c)
 station_c := $(wildcard src/station/*.c)

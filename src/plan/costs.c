@@ -1,0 +1,194 @@
+/* costs.c - costs as text: read, written, and those compiled in. */
+#include "plan/costs.h"
+
+#include <assert.h>
+#include <math.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/number.h"
+#include "plan/costs_default.h"
+
+static const char header[] = "model,rows,by,refine,interval,us,us_p95,Cm,Bm,Ch,Cm_transport,"
+                             "Bm_transport,Ch_transport,dE00,rms_R,bytes";
+static const char machine_line[] = "# machine: ";
+static const char not_refined[] = "none"; /* refine_kind_name() has no name for it */
+
+enum { FIELDS = 16, LINE_MAX_BYTES = 512 };
+
+/* ---- names -------------------------------------------------------------------------- */
+
+static bool by_parse(const char *text, enum match_by *ret)
+{
+    for (int by = MATCH_RGB; by <= MATCH_SPECTRUM; by++) {
+        if (strcmp(text, match_by_name((enum match_by)by)) == 0) {
+            *ret = (enum match_by)by;
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool refine_parse(const char *text, enum refine_kind *ret)
+{
+    if (strcmp(text, not_refined) != 0)
+        return refine_kind_parse(text, ret) == STATUS_OK;
+    *ret = REFINE_NOT;
+    return true;
+}
+
+static bool flag_parse(const char *text, bool *ret)
+{
+    *ret = text[0] == '1';
+    return (text[0] == '0' || text[0] == '1') && text[1] == '\0';
+}
+
+/* Blank: not measured, where that may be. */
+static bool amount_parse(const char *text, bool may_be_blank, double *ret)
+{
+    if (text[0] == '\0' && may_be_blank) {
+        *ret = NAN;
+        return true;
+    }
+    return number_parse(text, ret) == STATUS_OK && *ret >= 0.0;
+}
+
+/* ---- reading ------------------------------------------------------------------------ */
+
+/* The fields of a line, which is cut up for it; false where they are not FIELDS. */
+static bool cut(char *line, char *field[FIELDS])
+{
+    size_t n = 0;
+    for (char *at = line; at != NULL; n++) {
+        char *comma = strchr(at, ',');
+        if (n == FIELDS)
+            return false;
+        field[n] = at;
+        if (comma != NULL)
+            *comma++ = '\0';
+        at = comma;
+    }
+    return n == FIELDS;
+}
+
+static bool cost_parse(char *line, struct cost *ret)
+{
+    char *field[FIELDS];
+    struct cost c = { 0 };
+    if (!cut(line, field))
+        return false;
+    c.model = model_find(field[0]);
+    bool good =
+        c.model != NULL && number_parse_count(field[1], GRID_ROWS_MAX, &c.rows) == STATUS_OK;
+    good = good && by_parse(field[2], &c.by) && refine_parse(field[3], &c.refine) &&
+           flag_parse(field[4], &c.interval);
+    good = good && amount_parse(field[5], false, &c.us) && amount_parse(field[6], false, &c.us_p95);
+    for (size_t i = 0; i < 3; i++)
+        good = good && amount_parse(field[7 + i], true, &c.rmse[i]) &&
+               amount_parse(field[10 + i], true, &c.rmse_transport[i]);
+    good = good && amount_parse(field[13], true, &c.dE00) &&
+           amount_parse(field[14], true, &c.rms_R) && amount_parse(field[15], false, &c.bytes);
+    if (good)
+        *ret = c;
+    return good;
+}
+
+/* One line without its end into *ret; seen: the line of names has been. */
+static bool take_line(char *line, bool *seen, struct costs *ret)
+{
+    if (line[0] == '\0')
+        return true;
+    if (line[0] == '#') {
+        size_t n = sizeof machine_line - 1;
+        if (strncmp(line, machine_line, n) == 0)
+            snprintf(ret->machine, sizeof ret->machine, "%.*s", COSTS_MACHINE_SIZE - 1, line + n);
+        return true;
+    }
+    if (!*seen) {
+        *seen = true;
+        return strcmp(line, header) == 0;
+    }
+    return ret->n < COSTS_MAX && cost_parse(line, &ret->cost[ret->n++]);
+}
+
+static enum status refuse(enum status s, struct costs *costs, size_t *line, size_t at)
+{
+    free(costs);
+    *line = at;
+    return s;
+}
+
+enum status costs_parse(const char *text, struct costs *ret, size_t *line)
+{
+    char copy[LINE_MAX_BYTES];
+    struct costs *costs = calloc(1, sizeof *costs);
+    size_t number = 0;
+    bool seen = false;
+    if (costs == NULL)
+        return refuse(STATUS_NO_MEMORY, NULL, line, 0);
+    for (const char *at = text; *at != '\0';) {
+        size_t n = strcspn(at, "\n"), body = n > 0 && at[n - 1] == '\r' ? n - 1 : n;
+        number++;
+        if (body >= sizeof copy)
+            return refuse(STATUS_FORMAT, costs, line, number);
+        memcpy(copy, at, body);
+        copy[body] = '\0';
+        if (!take_line(copy, &seen, costs))
+            return refuse(STATUS_FORMAT, costs, line, number);
+        at += at[n] == '\n' ? n + 1 : n;
+    }
+    if (costs->n == 0)
+        return refuse(STATUS_FORMAT, costs, line, number + 1);
+    *ret = *costs;
+    free(costs);
+    return STATUS_OK;
+}
+
+/* ---- those compiled in -------------------------------------------------------------- */
+
+static struct costs builtin;
+
+static void read_builtin(void)
+{
+    size_t line = 0;
+    enum status s = costs_parse(costs_default_text, &builtin, &line);
+    assert(s != STATUS_FORMAT); /* a test reads it */
+    if (s != STATUS_OK)
+        abort(); /* no memory for 50 KB: nothing else would go on either */
+}
+
+const struct costs *costs_builtin(void)
+{
+    static pthread_once_t once = PTHREAD_ONCE_INIT;
+    (void)pthread_once(&once, read_builtin);
+    return &builtin;
+}
+
+/* ---- writing ------------------------------------------------------------------------ */
+
+static void print_amount(FILE *stream, double x)
+{
+    char text[NUMBER_TEXT_SIZE];
+    fprintf(stream, ",%s", isnan(x) ? "" : number_format(x, 4, text));
+}
+
+void costs_print(FILE *stream, const struct costs *costs)
+{
+    fprintf(stream, "%s%s\n%s\n", machine_line, costs->machine, header);
+    for (size_t i = 0; i < costs->n; i++) {
+        const struct cost *c = &costs->cost[i];
+        char bytes[NUMBER_TEXT_SIZE];
+        fprintf(stream, "%s,%zu,%s,%s,%d", c->model->name, c->rows, match_by_name(c->by),
+                c->refine == REFINE_NOT ? not_refined : refine_kind_name(c->refine), c->interval);
+        print_amount(stream, c->us);
+        print_amount(stream, c->us_p95);
+        for (size_t k = 0; k < 3; k++)
+            print_amount(stream, c->rmse[k]);
+        for (size_t k = 0; k < 3; k++)
+            print_amount(stream, c->rmse_transport[k]);
+        print_amount(stream, c->dE00);
+        print_amount(stream, c->rms_R);
+        fprintf(stream, ",%s\n", number_format(c->bytes, 15, bytes));
+    }
+}

@@ -1,0 +1,25 @@
+/* costs_default.c - made by `skinspec bench --c-source` (make error-vs-time); not to be edited. */
+#include "plan/costs_default.h"
+
+const char costs_default_text[] =
+    "# machine: provisional: figures of docs/performance.md and docs/inversion.md\n"
+    "model,rows,by,refine,interval,us,us_p95,Cm,Bm,Ch,Cm_transport,Bm_transport,Ch_transport,"
+    "dE00,rms_R,bytes\n"
+    "half-space,0,spectrum,none,0,0.15,0.2,0.0038,0.07,0.0025,0.04,0.5,0.03,4,0.08,20000\n"
+    "half-space,0,spectrum,three,0,1.24,1.5,0.0034,0.06,0.0024,0.04,0.5,0.03,4,0.08,30000\n"
+    "half-space,0,spectrum,three,1,11,14,0.0034,0.06,0.0024,0.04,0.5,0.03,4,0.08,30000\n"
+    "two-layer,0,spectrum,three,0,2.8,3.5,0.002,0.052,0.0023,0.007,0.26,0.0045,0.2,0.004,30000\n"
+    "two-layer,0,spectrum,three,1,28,35,0.002,0.052,0.0023,0.007,0.26,0.0045,0.2,0.004,30000\n"
+    "two-layer,50400,rgb,none,0,1.9,3,0.0060,0.30,0.010,0.009,0.36,0.012,0.6,0.008,12300000\n"
+    "two-layer,50400,lab,none,0,1.2,2,0.0050,0.26,0.008,0.009,0.33,0.010,0.5,0.008,11100000\n"
+    "two-layer,50400,de2000,none,0,83,1000,0.0050,0.26,0.008,0.009,0.33,0.010,0.4,0.008,10600000\n"
+    "two-layer,50400,spectrum,none,0,3,4.2,0.0035,0.1,0.004,0.008,0.29,0.006,0.4,0.006,12300000\n"
+    "two-layer,50400,spectrum,three,0,5,6.5,0.002,0.052,0.0023,0.007,0.26,0.0045,0.2,0.004,"
+    "12300000\n"
+    "two-layer,50400,spectrum,three,1,30,38,0.002,0.052,0.0023,0.007,0.26,0.0045,0.2,0.004,"
+    "12300000\n"
+    "two-layer,50400,spectrum,skin,0,6.3,8,,,,0.02,,0.02,0.2,0.002,12300000\n"
+    "two-layer,50400,spectrum,skin,1,60,80,,,,0.02,,0.02,0.2,0.002,12300000\n"
+    "paper,50400,rgb,none,0,2.2,4,,,,0.05,0.4,0.03,2,,5700000\n"
+    "transport-8,0,spectrum,three,0,8000,12000,0.002,0.052,0.0023,0.0022,0.06,0.0025,0.1,0.001,"
+    "30000\n";
