@@ -29,7 +29,7 @@ wire_c  := $(patsubst %,src/station/%.c,protocol protocol_lines schema strict_js
 drivers_c := $(wildcard drivers/*.c drivers/*/*.c)
 # What a capture is, without the drivers that make one.
 capture_c := drivers/driver.c drivers/link/capture.c drivers/link/capture_read.c
-cli_c   := $(wildcard src/cli/*.c)
+cli_c   := $(wildcard src/cli/*.c src/trial/*.c)
 tests_c := $(wildcard tests/*/test_*.c)
 # A driver may bring its own, and what they need: simulators, whatever the programs share.
 own_tests_c := $(wildcard drivers/*/tests/test_*.c)
@@ -72,7 +72,7 @@ daemon  := $(BUILD)/skinspecd
 simhost := $(if $(wildcard tests/sim/mock/host.c),$(BUILD)/simhost)
 tables  := $(BUILD)/tables/table-two-layer.db $(BUILD)/tables/table-paper.db
 
-.PHONY: FORCE help all demo test test-new-driver test-fuzz test-faults faults-asan test-kill test-soak soak bench accuracy stability asan \
+.PHONY: FORCE help all demo test test-new-driver test-fuzz test-faults faults-asan test-kill test-soak soak bench error-vs-time accuracy stability asan \
         cover lint format docs install clean need-build need-test need-fuzz need-faults need-stability need-lint
 .DELETE_ON_ERROR:
 # Kept, though only an implicit rule asks for them.  No others: a secondary object that is not there yet
@@ -168,6 +168,10 @@ $(BUILD)/bench/drivers: $(BUILD)/obj/tests/bench/drivers.o \
         $(call objects,$(sims_c) tests/sim/wire_memory.c tests/support/ocean_bench.c) $(drivers_o) $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) $(WIRES_LIBS) -lm
+
+# Costs compiled in are of the same run as the page.
+error-vs-time: $(program) ## docs/error-vs-time.md, its picture, and the costs that plans are made by: this machine's (4 minutes)
+	@$(program) bench --force --markdown docs/error-vs-time.md --svg docs/error-vs-time.svg --c-source src/plan/costs_default.c
 
 stability: need-stability $(BUILD)/stability/stability ## every function of optics, colour and match over extreme inputs, against MPFR
 	@$(BUILD)/stability/stability

@@ -3,6 +3,7 @@
 #define SKINSPEC_CLI_COMMAND_H
 
 /* Each returns the exit status: 0 done, 1 failed; usage errors exit with 2. */
+int cmd_bench(int argc, char **argv);
 int cmd_calibrate(int argc, char **argv);
 int cmd_check(int argc, char **argv);
 int cmd_coefficients(int argc, char **argv);

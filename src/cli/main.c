@@ -28,6 +28,7 @@ static const struct command {
     { "dipole", "--sigma-a X --sigma-s-prime X", "a medium -> its diffuse reflectance",
       cmd_dipole },
     { "table2", "", "the paper's Table 2, recomputed beside the print", cmd_table2 },
+    { "bench", "[--quick]", "error against run time of every method", cmd_bench },
     { "measure", "[--site TEXT]...", "a reading through the station", cmd_measure },
     { "calibrate", "", "zero and white, step by step", cmd_calibrate },
     { "check", "[--tile NAME]", "has an instrument drifted? against a check tile", cmd_check },
