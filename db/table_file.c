@@ -306,24 +306,29 @@ static bool read_entry(sqlite3_stmt *select, struct table *table, size_t row)
             return false;
         v[i] = sqlite3_column_double(select, i + 1);
     }
-    if (sqlite3_column_type(select, 10) != (bands > 0 ? SQLITE_BLOB : SQLITE_NULL))
-        return false;
-    const unsigned char *blob = sqlite3_column_blob(select, 10);
-    if ((size_t)sqlite3_column_bytes(select, 10) != 4 * bands)
-        return false;
-    if (bands > 0)
-        table_spectrum_from_blob(blob, bands, spectrum);
+    if (sqlite3_column_count(select) > 10) {
+        if (sqlite3_column_type(select, 10) != (bands > 0 ? SQLITE_BLOB : SQLITE_NULL))
+            return false;
+        const unsigned char *blob = sqlite3_column_blob(select, 10);
+        if ((size_t)sqlite3_column_bytes(select, 10) != 4 * bands)
+            return false;
+        if (bands > 0)
+            table_spectrum_from_blob(blob, bands, spectrum);
+    }
     struct table_row values = { v[0], v[1], v[2], { v[3], v[4], v[5] }, { v[6], v[7], v[8] } };
     table_set(table, row, &values, spectrum);
     return true;
 }
 
-static enum status read_entries(sqlite3 *db, const char *path, struct table *table)
+static enum status read_entries(sqlite3 *db, const char *path, enum table_file_parts parts,
+                                struct table *table)
 {
+    static const char whole[] =
+        "SELECT id, cm, bm, ch, l, a, b, r, g, b_, spectrum FROM entry ORDER BY id";
+    static const char colours[] = "SELECT id, cm, bm, ch, l, a, b, r, g, b_ FROM entry ORDER BY id";
     sqlite3_stmt *select;
     size_t row = 0;
-    enum status s = sql_prepare(
-        db, "SELECT id, cm, bm, ch, l, a, b, r, g, b_, spectrum FROM entry ORDER BY id", &select);
+    enum status s = sql_prepare(db, parts == TABLE_FILE_WHOLE ? whole : colours, &select);
     if (s == STATUS_OK) {
         int stepped;
         while ((stepped = sqlite3_step(select)) == SQLITE_ROW && row < table->n &&
@@ -348,6 +353,12 @@ static enum status read_entries(sqlite3 *db, const char *path, struct table *tab
 
 enum status table_file_read(const char *path, struct table *ret)
 {
+    return table_file_read_parts(path, TABLE_FILE_WHOLE, ret, NULL);
+}
+
+enum status table_file_read_parts(const char *path, enum table_file_parts parts, struct table *ret,
+                                  struct table_file_bytes *bytes_ret)
+{
     struct table_file_info info = { 0 };
     struct table table = { 0 };
     sqlite3 *db;
@@ -357,18 +368,23 @@ enum status table_file_read(const char *path, struct table *ret)
     s = read_meta(db, path, &info);
     if (s != STATUS_OK)
         goto done;
-    s = table_init(&info.recipe, info.rows, &table);
+    s = parts == TABLE_FILE_WHOLE ? table_init(&info.recipe, info.rows, &table)
+                                  : table_init_without_spectra(&info.recipe, info.rows, &table);
     if (s != STATUS_OK) {
         log_error("table '%s': %zu rows: %s", path, info.rows, status_text(s));
         goto done;
     }
-    s = read_entries(db, path, &table);
+    s = read_entries(db, path, parts, &table);
+    if (s == STATUS_OK && (s = read_size(db, &info)) != STATUS_OK)
+        log_error("table '%s': %s", path, status_text(s));
     if (s != STATUS_OK) {
         table_done(&table);
         goto done;
     }
     table_file_name(path, table.name);
     memcpy(table.sha256, info.content_sha256, sizeof table.sha256);
+    if (bytes_ret != NULL)
+        *bytes_ret = (struct table_file_bytes){ (size_t)info.bytes, table_bytes(&table) };
     *ret = table;
 done:
     sqlite3_close(db);

@@ -16,6 +16,18 @@
  * name is the file's without folder, "table-" and ".db". */
 enum status table_file_read(const char *path, struct table *ret);
 
+/* What of a table is loaded.  Without spectra it takes a third of the memory, and is searched by
+ * colour only; its recipe keeps the bands they were of. */
+enum table_file_parts { TABLE_FILE_WHOLE, TABLE_FILE_WITHOUT_SPECTRA };
+
+/* The same, of what is wanted.  *bytes_ret, where it is not NULL: what was read of the file and
+ * what the table takes in memory.  The file is read whole in either case: its hash is checked. */
+struct table_file_bytes {
+    size_t file, memory;
+};
+enum status table_file_read_parts(const char *path, enum table_file_parts parts, struct table *ret,
+                                  struct table_file_bytes *bytes_ret);
+
 struct table_file_info {
     struct recipe recipe;
     size_t rows;

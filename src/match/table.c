@@ -1,6 +1,7 @@
 /* table.c - memory of a table, and its rows computed on several cores. */
 #include "match/table.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,7 +26,7 @@ static void *aligned(size_t count, size_t size)
     return aligned_alloc(ALIGNMENT, bytes);
 }
 
-enum status table_init(const struct recipe *recipe, size_t n, struct table *ret)
+static enum status init(const struct recipe *recipe, size_t n, bool spectra, struct table *ret)
 {
     struct table table = { .recipe = *recipe, .n = n };
     if (n == 0 || n > GRID_ROWS_MAX)
@@ -39,7 +40,7 @@ enum status table_init(const struct recipe *recipe, size_t n, struct table *ret)
         return STATUS_NO_MEMORY;
     for (size_t i = 0; i < DOUBLE_COLUMNS; i++)
         *column[i] = block + i * column_length;
-    if (recipe->bands > 0) {
+    if (spectra) {
         table.stride = rounded_up(recipe->bands);
         table.spectrum = aligned(n * table.stride, sizeof *table.spectrum);
         if (table.spectrum == NULL) {
@@ -49,6 +50,22 @@ enum status table_init(const struct recipe *recipe, size_t n, struct table *ret)
     }
     *ret = table;
     return STATUS_OK;
+}
+
+enum status table_init(const struct recipe *recipe, size_t n, struct table *ret)
+{
+    return init(recipe, n, recipe->bands > 0, ret);
+}
+
+enum status table_init_without_spectra(const struct recipe *recipe, size_t n, struct table *ret)
+{
+    return init(recipe, n, false, ret);
+}
+
+size_t table_bytes(const struct table *table)
+{
+    size_t columns = rounded_up(table->n) * DOUBLE_COLUMNS * sizeof *table->Cm;
+    return columns + table->n * table->stride * sizeof *table->spectrum;
 }
 
 void table_done(struct table *table)
@@ -61,7 +78,6 @@ void table_done(struct table *table)
 void table_set(struct table *table, size_t row, const struct table_row *values,
                const float *spectrum)
 {
-    size_t bands = table->recipe.bands;
     table->Cm[row] = values->Cm;
     table->Bm[row] = values->Bm;
     table->Ch[row] = values->Ch;
@@ -71,7 +87,8 @@ void table_set(struct table *table, size_t row, const struct table_row *values,
     table->red[row] = values->rgb[0];
     table->green[row] = values->rgb[1];
     table->blue[row] = values->rgb[2];
-    if (bands > 0) {
+    if (table->spectrum != NULL) {
+        size_t bands = table->recipe.bands;
         float *place = table->spectrum + row * table->stride;
         memset(place, 0, table->stride * sizeof *place);
         memcpy(place, spectrum, bands * sizeof *place);

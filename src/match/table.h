@@ -20,14 +20,24 @@ struct table {
     double *L, *a, *b;              /* [n] under the recipe's illuminant and observer */
     double *red, *green, *blue;     /* [n] linear sRGB, not clipped */
     float *spectrum;                /* [n][stride], zero past the bands; NULL without */
-    size_t stride;                  /* recipe.bands rounded up to TABLE_BLOCK */
+    size_t stride;                  /* recipe.bands rounded up to TABLE_BLOCK; 0 without spectra */
 };
 
 /* Memory for n rows of a recipe; contents undefined, name and hash empty.
  * STATUS_RANGE for n = 0; STATUS_NO_MEMORY. */
 enum status table_init(const struct recipe *recipe, size_t n, struct table *ret);
+
+/* The same without the spectra, whatever bands the recipe has: colours are computed from the
+ * bands as ever, but none is kept.  A third of the memory; such a table is not searched by
+ * spectrum. */
+enum status table_init_without_spectra(const struct recipe *recipe, size_t n, struct table *ret);
+
 void table_done(struct table *table); /* takes a zeroed one */
 
+/* What the arrays take, bytes. */
+size_t table_bytes(const struct table *table);
+
+/* spectrum[recipe.bands] is not looked at in a table without. */
 void table_set(struct table *table, size_t row, const struct table_row *values,
                const float *spectrum);
 void table_get(const struct table *table, size_t row, struct table_row *ret);
