@@ -119,16 +119,24 @@ size_t grid_rows(const struct grid *grid)
     return bare + with_melanin * grid->Bm.n * grid->Ch.n;
 }
 
-void grid_row(const struct grid *grid, size_t row, double *Cm, double *Bm, double *Ch)
+struct grid_place grid_place(const struct grid *grid, size_t row)
 {
-    size_t bare = rows_without_melanin(grid), cm = 0, bm = 0;
+    struct grid_place place = { 0, 0, 0 };
+    size_t bare = rows_without_melanin(grid);
     if (row >= bare) {
         size_t blend = (row - bare) / grid->Ch.n;
-        bm = blend % grid->Bm.n;
-        cm = blend / grid->Bm.n + (bare > 0 ? 1 : 0);
+        place.Bm = blend % grid->Bm.n;
+        place.Cm = blend / grid->Bm.n + (bare > 0 ? 1 : 0);
         row -= bare;
     }
-    *Cm = axis_value(&grid->Cm, cm);
-    *Bm = axis_value(&grid->Bm, bm);
-    *Ch = axis_value(&grid->Ch, row % grid->Ch.n);
+    place.Ch = row % grid->Ch.n;
+    return place;
+}
+
+void grid_row(const struct grid *grid, size_t row, double *Cm, double *Bm, double *Ch)
+{
+    struct grid_place place = grid_place(grid, row);
+    *Cm = axis_value(&grid->Cm, place.Cm);
+    *Bm = axis_value(&grid->Bm, place.Bm);
+    *Ch = axis_value(&grid->Ch, place.Ch);
 }

@@ -45,6 +45,12 @@ enum status grid_check(const struct grid *grid);
 
 size_t grid_rows(const struct grid *grid);
 
+/* Where on the axes row 0 <= row < grid_rows() is. */
+struct grid_place {
+    size_t Cm, Bm, Ch;
+};
+struct grid_place grid_place(const struct grid *grid, size_t row);
+
 /* Parameters of row 0 <= row < grid_rows(). */
 void grid_row(const struct grid *grid, size_t row, double *Cm, double *Bm, double *Ch);
 

@@ -1,4 +1,4 @@
-/* table.c - memory of a table, and its rows computed on several cores. */
+/* table.c - memory of a table. */
 #include "match/table.h"
 
 #include <stdbool.h>
@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/parallel.h"
+#include "match/table_maker.h"
 
-enum { ALIGNMENT = 64, ROWS_PER_PIECE = 256 };
+enum { ALIGNMENT = 64 };
 
 /* All double columns in one block, so that there is one thing to free. */
 enum { DOUBLE_COLUMNS = 9 };
@@ -111,40 +111,13 @@ void table_get(const struct table *table, size_t row, struct table_row *ret)
     };
 }
 
-struct computation {
-    struct table *table;
-    size_t first, count;
-    struct row_maker *maker[PARALLEL_MAX_THREADS];
-};
-
-static enum status compute_piece(size_t piece, unsigned worker, void *context)
-{
-    struct computation *c = context;
-    float spectrum[SPECTRUM_MAX_BANDS];
-    struct table_row row;
-    size_t begin = piece * ROWS_PER_PIECE, end = begin + ROWS_PER_PIECE;
-    for (size_t i = begin; i < end && i < c->count; i++) {
-        enum status s = row_maker_make(c->maker[worker], c->first + i, &row, spectrum);
-        if (s != STATUS_OK)
-            return s;
-        table_set(c->table, i, &row, spectrum);
-    }
-    return STATUS_OK;
-}
-
 enum status table_compute(struct table *table, size_t first, size_t count, unsigned threads)
 {
-    enum status s = STATUS_OK;
-    struct computation c = { .table = table, .first = first, .count = count };
-    if (threads < 1)
-        threads = 1;
-    if (threads > PARALLEL_MAX_THREADS)
-        threads = PARALLEL_MAX_THREADS;
-    for (unsigned i = 0; i < threads && s == STATUS_OK; i++)
-        s = row_maker_open(&table->recipe, &c.maker[i]);
-    if (s == STATUS_OK)
-        s = parallel_run((count + ROWS_PER_PIECE - 1) / ROWS_PER_PIECE, threads, compute_piece, &c);
-    for (unsigned i = 0; i < threads; i++)
-        row_maker_close(c.maker[i]);
+    struct table_maker *maker;
+    enum status s = table_maker_open(&table->recipe, threads, &maker);
+    if (s != STATUS_OK)
+        return s;
+    s = table_maker_rows(maker, first, count, table);
+    table_maker_close(maker);
     return s;
 }

@@ -1,6 +1,7 @@
 /* test_table.c - a table's memory, and its rows whoever computes them. */
 #include "match/table.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -167,25 +168,91 @@ static void test_same_rows_for_any_threads_and_chunks(void)
     }
 }
 
-/* Property: every row is the row maker's own. */
+/* Floats as numbers that neighbours differ by 1 in; those of spectra are not negative. */
+static int32_t order_of(float x)
+{
+    int32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+/* Property: every row is the row maker's own, to the bit where the model has no other way. */
+static const struct maker_case {
+    const char *what, *model;
+    double epidermis_mm, eta;
+    bool to_the_bit;
+} maker_cases[] = {
+    { "two layers", "two-layer", 0.08, 1.4, false },
+    { "a half space", "half-space", 0.08, 1.4, false },
+    { "rows in and out of the formulas' range", "two-layer", 0.01, 1.4, false },
+    { "all out of it", "two-layer", 0.0, 1.4, true },
+    { "no polynomial", "half-space", 0.08, 1.6, true },
+    { "no formulas", "kubelka-munk", 0.08, 1.4, true },
+    { "no spectra", "paper", 0.08, 1.4, true },
+};
+
+static void assert_makers_row(const struct maker_case *c, struct row_maker *maker, size_t row,
+                              const struct table *t)
+{
+    struct table_row expect, got;
+    float spectrum[31];
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, row_maker_make(maker, row, &expect, spectrum),
+                                  c->what);
+    table_get(t, row, &got);
+    if (c->to_the_bit)
+        TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&expect, &got, sizeof got, c->what);
+    TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&expect.Cm, &got.Cm, sizeof(double), c->what);
+    TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&expect.Bm, &got.Bm, sizeof(double), c->what);
+    TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&expect.Ch, &got.Ch, sizeof(double), c->what);
+    for (int i = 0; i < 3; i++) {
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-11, expect.Lab[i], got.Lab[i], c->what);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-12, expect.rgb[i], got.rgb[i], c->what);
+    }
+    if (t->spectrum == NULL)
+        return;
+    const float *stored = table_spectrum(t, row);
+    for (int i = 0; i < 31; i++)
+        TEST_ASSERT_INT32_WITHIN_MESSAGE(c->to_the_bit ? 0 : 1, order_of(spectrum[i]),
+                                         order_of(stored[i]), c->what);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, stored[31]); /* padding */
+}
+
 static void test_rows_are_the_makers(void)
 {
-    struct recipe recipe = recipe_small("two-layer");
-    struct row_maker *maker;
-    struct table t;
-    compute_all(&recipe, 2, &t);
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, row_maker_open(&recipe, &maker));
-    for (size_t row = 0; row < SMALL_ROWS; row++) {
-        struct table_row expect, got;
-        float spectrum[31];
-        TEST_ASSERT_EQUAL_INT(STATUS_OK, row_maker_make(maker, row, &expect, spectrum));
-        table_get(&t, row, &got);
-        TEST_ASSERT_EQUAL_MEMORY(&expect, &got, sizeof got);
-        TEST_ASSERT_EQUAL_MEMORY(spectrum, table_spectrum(&t, row), sizeof spectrum);
-        TEST_ASSERT_EQUAL_FLOAT(0.0f, table_spectrum(&t, row)[31]); /* padding */
+    for (size_t i = 0; i < sizeof maker_cases / sizeof *maker_cases; i++) {
+        const struct maker_case *c = &maker_cases[i];
+        struct recipe recipe = recipe_small(c->model);
+        struct row_maker *maker;
+        struct table t;
+        recipe.epidermis_mm = c->epidermis_mm;
+        recipe.eta = c->eta;
+        compute_all(&recipe, 2, &t);
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, row_maker_open(&recipe, &maker));
+        for (size_t row = 0; row < SMALL_ROWS; row++)
+            assert_makers_row(c, maker, row, &t);
+        row_maker_close(maker);
+        table_done(&t);
     }
-    row_maker_close(maker);
-    table_done(&t);
+}
+
+/* Property: without spectra the same parameters and colours. */
+static void test_without_spectra(void)
+{
+    struct recipe recipe = recipe_small("two-layer");
+    struct table whole, colours;
+    compute_all(&recipe, 1, &whole);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, table_init_without_spectra(&recipe, SMALL_ROWS, &colours));
+    TEST_ASSERT_NULL(colours.spectrum);
+    TEST_ASSERT_EQUAL_size_t(720 * 72, table_bytes(&colours)); /* 715, by eights */
+    TEST_ASSERT_EQUAL_size_t(720 * 72 + 715 * 128, table_bytes(&whole));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, table_compute(&colours, 0, SMALL_ROWS, 2));
+    const double *p[COLUMNS], *q[COLUMNS];
+    columns_of(&whole, p);
+    columns_of(&colours, q);
+    for (int c = 0; c < COLUMNS; c++)
+        TEST_ASSERT_EQUAL_MEMORY(p[c], q[c], SMALL_ROWS * sizeof(double));
+    table_done(&whole);
+    table_done(&colours);
 }
 
 static void test_refusals(void)
@@ -217,6 +284,7 @@ int main(void)
     RUN_TEST(test_set_and_get);
     RUN_TEST(test_same_rows_for_any_threads_and_chunks);
     RUN_TEST(test_rows_are_the_makers);
+    RUN_TEST(test_without_spectra);
     RUN_TEST(test_refusals);
     return UNITY_END();
 }

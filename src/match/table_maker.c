@@ -1,0 +1,292 @@
+/* table_maker.c - runs of rows that share an epidermis, put together to blocks for colour. */
+#include "match/table_maker.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/parallel.h"
+#include "colour/colour_many.h"
+#include "optics/shared_layers.h"
+
+enum { ALIGNMENT = 64, ROWS_PER_PIECE = 256, ROWS_PER_BLOCK = 64 };
+
+/* All that rows share; only read once it is made. */
+struct shared_rows {
+    struct grid grid;
+    size_t bands;
+    struct chromophores chromophores;
+    struct shared_layers layers;
+    struct colour_many colour;
+    double *Cm, *Bm, *Ch; /* values of the axes */
+    double *dermis;       /* [Ch][SHARED_DERMIS_SIZE] */
+    bool *within;         /* [Ch] whether that dermis is in the formulas' range */
+};
+
+/* Of one thread. */
+struct workspace {
+    struct row_maker *plain;
+    double *epidermis, *R;
+};
+
+struct table_maker {
+    struct recipe recipe;
+    struct shared_rows *shared; /* NULL: all rows are the plain row maker's */
+    unsigned threads;
+    struct workspace workspace[PARALLEL_MAX_THREADS];
+};
+
+/* ---- what rows share --------------------------------------------------------------------- */
+
+static double *aligned(size_t doubles)
+{
+    size_t bytes = (doubles * sizeof(double) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    return aligned_alloc(ALIGNMENT, bytes);
+}
+
+static double *axis_values(const struct axis *axis)
+{
+    double *value = malloc(axis->n * sizeof *value);
+    for (size_t i = 0; value != NULL && i < axis->n; i++)
+        value[i] = axis_value(axis, i);
+    return value;
+}
+
+static void shared_rows_close(struct shared_rows *s)
+{
+    if (s == NULL)
+        return;
+    free(s->Cm);
+    free(s->Bm);
+    free(s->Ch);
+    free(s->dermis);
+    free(s->within);
+    free(s);
+}
+
+/* STATUS_UNSUPPORTED: there are no such formulas for this recipe. */
+static enum status shared_rows_init(const struct recipe *recipe, struct shared_rows *s)
+{
+    struct xyz_weights weights;
+    struct tissue t = tissue_of(0.0, 0.0, 0.0);
+    t.gamma = recipe->gamma;
+    t.epidermis_mm = recipe->epidermis_mm;
+    t.eta = recipe->eta;
+    s->grid = recipe->grid;
+    s->bands = recipe->bands;
+    enum status status =
+        chromophores_init(recipe->first_nm, recipe->step_nm, recipe->bands, &s->chromophores);
+    if (status == STATUS_OK)
+        status = shared_layers_init(recipe->model, &s->chromophores, &t, &s->layers);
+    if (status == STATUS_OK)
+        status = xyz_weights_init(recipe->illuminant, recipe->observer, recipe->first_nm,
+                                  recipe->step_nm, recipe->bands, &weights);
+    if (status == STATUS_OK)
+        colour_many_init(&weights, &s->colour);
+    return status;
+}
+
+static enum status shared_rows_fill(struct shared_rows *s)
+{
+    size_t size = SHARED_DERMIS_SIZE(s->layers.stride);
+    s->Cm = axis_values(&s->grid.Cm);
+    s->Bm = axis_values(&s->grid.Bm);
+    s->Ch = axis_values(&s->grid.Ch);
+    s->dermis = aligned(s->grid.Ch.n * size);
+    s->within = malloc(s->grid.Ch.n * sizeof *s->within);
+    if (s->Cm == NULL || s->Bm == NULL || s->Ch == NULL || s->dermis == NULL || s->within == NULL)
+        return STATUS_NO_MEMORY;
+    for (size_t i = 0; i < s->grid.Ch.n; i++)
+        s->within[i] = shared_dermis(&s->layers, s->Ch[i], s->dermis + i * size);
+    return STATUS_OK;
+}
+
+/* *ret stays NULL where the recipe has no such formulas. */
+static enum status shared_rows_open(const struct recipe *recipe, struct shared_rows **ret)
+{
+    if (recipe->model->quick == MODEL_QUICK_NONE || grid_check(&recipe->grid) != STATUS_OK)
+        return STATUS_OK;
+    struct shared_rows *s = calloc(1, sizeof *s);
+    if (s == NULL)
+        return STATUS_NO_MEMORY;
+    enum status status = shared_rows_init(recipe, s);
+    if (status == STATUS_OK)
+        status = shared_rows_fill(s);
+    if (status == STATUS_OK) {
+        *ret = s;
+        return STATUS_OK;
+    }
+    shared_rows_close(s);
+    /* What is wrong with a recipe the row maker says, of the row that has it. */
+    return status == STATUS_NO_MEMORY ? status : STATUS_OK;
+}
+
+/* ---- rows -------------------------------------------------------------------------------- */
+
+/* Rows whose spectra stand in the workspace and wait for their colours. */
+struct block {
+    size_t begin, n; /* of the table */
+};
+
+static void flush(const struct shared_rows *s, struct workspace *w, struct table *t,
+                  struct block *block)
+{
+    size_t at = block->begin, stride = s->layers.stride;
+    struct colour_columns columns = { t->L + at,   t->a + at,     t->b + at,
+                                      t->red + at, t->green + at, t->blue + at };
+    colour_many(&s->colour, block->n, w->R, &columns);
+    for (size_t row = 0; t->spectrum != NULL && row < block->n; row++) {
+        const double *restrict R = w->R + row * stride;
+        float *restrict to = t->spectrum + (at + row) * t->stride;
+        for (size_t i = 0; i < t->stride; i++)
+            to[i] = (float)R[i];
+        for (size_t i = s->bands; i < t->stride; i++)
+            to[i] = 0.0f;
+    }
+    block->begin += block->n;
+    block->n = 0;
+}
+
+/* Rows of one epidermis from place on, `most` of them at most, that fit into the block and are in
+ * range; 0 where the first is not. */
+static size_t run_length(const struct shared_rows *s, struct grid_place place, size_t most)
+{
+    size_t n = 0, rest = s->grid.Ch.n - place.Ch;
+    if (most > rest)
+        most = rest;
+    while (n < most && s->within[place.Ch + n])
+        n++;
+    return n;
+}
+
+static void put_parameters(const struct shared_rows *s, struct table *t, size_t at,
+                           struct grid_place place, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        t->Cm[at + i] = s->Cm[place.Cm];
+        t->Bm[at + i] = s->Bm[place.Bm];
+        t->Ch[at + i] = s->Ch[place.Ch + i];
+    }
+}
+
+static enum status plain_row(struct workspace *w, size_t row, struct table *t, size_t at)
+{
+    float spectrum[SPECTRUM_MAX_BANDS];
+    struct table_row made;
+    enum status s = row_maker_make(w->plain, row, &made, spectrum);
+    if (s == STATUS_OK)
+        table_set(t, at, &made, spectrum);
+    return s;
+}
+
+/* Rows first+at .. first+end-1 of the recipe into rows at .. end-1. */
+static enum status shared_piece(const struct shared_rows *s, struct workspace *w, size_t first,
+                                size_t at, size_t end, struct table *t)
+{
+    struct block block = { at, 0 };
+    struct grid_place now = { SIZE_MAX, 0, 0 };
+    size_t stride = s->layers.stride;
+    enum status status = STATUS_OK;
+    bool within = false;
+    while (at < end && status == STATUS_OK) {
+        struct grid_place place = grid_place(&s->grid, first + at);
+        if (place.Cm != now.Cm || place.Bm != now.Bm)
+            within = shared_epidermis(&s->layers, s->Cm[place.Cm], s->Bm[place.Bm], w->epidermis);
+        now = place;
+        size_t room = ROWS_PER_BLOCK - block.n;
+        size_t n = within ? run_length(s, place, room < end - at ? room : end - at) : 0;
+        if (n > 0) {
+            shared_reflectance(&s->layers, w->epidermis, n,
+                               s->dermis + place.Ch * SHARED_DERMIS_SIZE(stride),
+                               w->R + block.n * stride);
+            put_parameters(s, t, at, place, n);
+            block.n += n;
+            at += n;
+        }
+        if (n == 0 || block.n == ROWS_PER_BLOCK)
+            flush(s, w, t, &block);
+        if (n == 0) {
+            status = plain_row(w, first + at, t, at);
+            block.begin = ++at;
+        }
+    }
+    flush(s, w, t, &block);
+    return status;
+}
+
+struct computation {
+    struct table_maker *maker;
+    struct table *table;
+    size_t first, count;
+};
+
+static enum status compute_piece(size_t piece, unsigned worker, void *context)
+{
+    struct computation *c = context;
+    struct workspace *w = &c->maker->workspace[worker];
+    size_t begin = piece * ROWS_PER_PIECE, end = begin + ROWS_PER_PIECE;
+    if (end > c->count)
+        end = c->count;
+    if (c->maker->shared != NULL)
+        return shared_piece(c->maker->shared, w, c->first, begin, end, c->table);
+    enum status s = STATUS_OK;
+    for (size_t i = begin; i < end && s == STATUS_OK; i++)
+        s = plain_row(w, c->first + i, c->table, i);
+    return s;
+}
+
+/* ---- the contract ------------------------------------------------------------------------ */
+
+static enum status workspace_open(const struct table_maker *maker, struct workspace *w)
+{
+    enum status s = row_maker_open(&maker->recipe, &w->plain);
+    if (s != STATUS_OK || maker->shared == NULL)
+        return s;
+    size_t stride = maker->shared->layers.stride;
+    w->epidermis = aligned(SHARED_EPIDERMIS_SIZE(stride));
+    w->R = aligned(ROWS_PER_BLOCK * stride);
+    return w->epidermis != NULL && w->R != NULL ? STATUS_OK : STATUS_NO_MEMORY;
+}
+
+enum status table_maker_open(const struct recipe *recipe, unsigned threads,
+                             struct table_maker **ret)
+{
+    struct table_maker *maker = calloc(1, sizeof *maker);
+    if (maker == NULL)
+        return STATUS_NO_MEMORY;
+    maker->recipe = *recipe;
+    maker->threads = threads < 1                      ? 1
+                     : threads > PARALLEL_MAX_THREADS ? PARALLEL_MAX_THREADS
+                                                      : threads;
+    enum status s = shared_rows_open(recipe, &maker->shared);
+    for (unsigned i = 0; i < maker->threads && s == STATUS_OK; i++)
+        s = workspace_open(maker, &maker->workspace[i]);
+    if (s != STATUS_OK) {
+        table_maker_close(maker);
+        return s;
+    }
+    *ret = maker;
+    return STATUS_OK;
+}
+
+void table_maker_close(struct table_maker *maker)
+{
+    if (maker == NULL)
+        return;
+    for (unsigned i = 0; i < maker->threads; i++) {
+        row_maker_close(maker->workspace[i].plain);
+        free(maker->workspace[i].epidermis);
+        free(maker->workspace[i].R);
+    }
+    shared_rows_close(maker->shared);
+    free(maker);
+}
+
+enum status table_maker_rows(struct table_maker *maker, size_t first, size_t count,
+                             struct table *table)
+{
+    struct computation c = { maker, table, first, count };
+    size_t pieces = (count + ROWS_PER_PIECE - 1) / ROWS_PER_PIECE;
+    return parallel_run(pieces, maker->threads, compute_piece, &c);
+}
