@@ -41,6 +41,7 @@ extern "C" {
 #include "match/noise.h"
 #include "match/recipe.h"
 #include "match/refine.h"        /* a spectrum -> the continuous skin, and how sure */
+#include "match/refine_many.h"   /* many spectra at once */
 #include "match/refined_match.h" /* the same from the rows of a table on */
 #include "match/skin_fit.h"      /* the fit for measured skin */
 #include "match/table.h"

@@ -1,0 +1,54 @@
+/* refine_many.h - many spectra, each to the continuous skin of its own: as match/refine.h, for
+ * pictures and long files.
+ *
+ * One replicate a skin, one fit, one band grid and one noise for all; any fit that
+ * match/refine.h takes.  Answers are refiner_run()'s without start, intervals and second
+ * solution: values within 1e-3 standard errors, chi^2 within 1e-6 of itself or lower, the same
+ * flags.  Each depends on its own spectrum alone: the same bits for any order, number and
+ * threads. */
+#ifndef SKINSPEC_MATCH_REFINE_MANY_H
+#define SKINSPEC_MATCH_REFINE_MANY_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/status.h"
+#include "match/fit.h"
+#include "match/noise.h"
+#include "match/refine.h"
+
+/* Beside those of enum refine_flag. */
+enum refine_many_flag {
+    /* Not fitted, all values NAN: a band is not a number, infinite or beyond +-REFINE_R_MAX, or
+     * the model takes no such skin. */
+    REFINE_MANY_REFUSED = 1 << 25,
+};
+
+/* Rows of values on the band grid, SCE, row i from R + i * stride; stride >= bands. */
+struct refine_rows {
+    const float *R_float; /* one of the two, the other NULL */
+    const double *R;
+    size_t stride, n;
+};
+
+/* Arrays of n, one element a row; those that are NULL are not wanted, and not computed where that
+ * saves time.  value[] and se[] by enum skin_parameter; of one that is held its value, and 0. */
+struct refine_answers {
+    double *value[SKIN_PARAMETERS], *se[SKIN_PARAMETERS];
+    double *chi_square, *rms; /* as struct refined has them */
+    uint32_t *flags;          /* enum refine_flag, enum refine_many_flag */
+};
+
+struct refine_many;
+
+/* As refiner_open() and noise_check().  *why (may be NULL) as in fit_check(). */
+enum status refine_many_open(const struct fit *fit, double first_nm, double step_nm, size_t bands,
+                             const struct noise *noise, struct refine_many **ret, const char **why);
+void refine_many_close(struct refine_many *many); /* takes NULL */
+
+/* All rows, on so many threads (1: the caller's own).  The same refine_many serves many callers at
+ * a time. STATUS_RANGE: stride below the bands, both or none of the rows' pointers. */
+enum status refine_many_run(const struct refine_many *many, const struct refine_rows *rows,
+                            unsigned threads, const struct refine_answers *ret);
+
+#endif
