@@ -29,6 +29,7 @@ extern "C" {
 
 #include "colour/cie_tables.h" /* observers and illuminants */
 #include "colour/delta_e.h"
+#include "colour/delta_e_many.h"
 #include "colour/lab.h"
 #include "colour/srgb.h"
 #include "colour/xyz.h"
