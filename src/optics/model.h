@@ -16,7 +16,12 @@
 #include "optics/tissue_slopes.h"
 
 /* Which formulas of optics/quick.h a model has. */
-enum model_quick { MODEL_QUICK_NONE, MODEL_QUICK_HALF_SPACE, MODEL_QUICK_TWO_LAYER };
+enum model_quick {
+    MODEL_QUICK_NONE,
+    MODEL_QUICK_HALF_SPACE,
+    MODEL_QUICK_TWO_LAYER,
+    MODEL_QUICK_EPIDERMIS
+};
 
 struct model {
     const char *name;    /* as on the command line and in table files */

@@ -36,19 +36,33 @@ struct quick_job {
 
 /* ---- coefficients: as tissue_medium() ---------------------------------------------------- */
 
-QUICK_INLINE void coefficients(const struct quick_job *q, bool fused)
+/* dermis: whether its coefficients are wanted.  Where all melanin is of one kind the other is not
+ * looked at: the same bits, for 1 x + 0 y is x. */
+QUICK_INLINE void coefficients(const struct quick_job *q, bool fused, bool dermis)
 {
     const struct chromophores *restrict c = q->c;
     double Cm = q->t->Cm, Bm = q->t->Bm, Ch = q->t->Ch, gamma = q->t->gamma;
     double a = q->t->scattering_a, b = q->t->scattering_b;
     double *restrict sa1 = q->sa1, *restrict sa2 = q->sa2;
     double *restrict ss1 = q->ss1, *restrict ss2 = q->ss2, *restrict law = q->law;
-    QUICK_LOOP
-    for (size_t i = 0; i < q->stride; i++) {
-        double melanin = Bm * c->eumelanin[i] + (1.0 - Bm) * c->pheomelanin[i];
-        double blood = gamma * c->oxy[i] + (1.0 - gamma) * c->deoxy[i];
-        sa1[i] = Cm * melanin + (1.0 - Cm) * c->base[i];
-        sa2[i] = Ch * blood + (1.0 - Ch) * c->base[i];
+    const double *restrict pure = Bm == 1.0 ? c->eumelanin : c->pheomelanin;
+    if (Bm == 1.0 || Bm == 0.0) {
+        QUICK_LOOP
+        for (size_t i = 0; i < q->stride; i++)
+            sa1[i] = Cm * pure[i] + (1.0 - Cm) * c->base[i];
+    } else {
+        QUICK_LOOP
+        for (size_t i = 0; i < q->stride; i++) {
+            double melanin = Bm * c->eumelanin[i] + (1.0 - Bm) * c->pheomelanin[i];
+            sa1[i] = Cm * melanin + (1.0 - Cm) * c->base[i];
+        }
+    }
+    if (dermis) {
+        QUICK_LOOP
+        for (size_t i = 0; i < q->stride; i++) {
+            double blood = gamma * c->oxy[i] + (1.0 - gamma) * c->deoxy[i];
+            sa2[i] = Ch * blood + (1.0 - Ch) * c->base[i];
+        }
     }
     if (a == 0.0) {
         QUICK_LOOP
@@ -93,6 +107,35 @@ QUICK_INLINE bool half_space(const struct quick_job *q, bool fused, bool slopes)
             by_ss[i] = outside * (b * g + 0.5 * mu * s * fall);
         }
         beyond |= b >= 1e-10 ? 0 : 1;
+    }
+    return beyond == 0;
+}
+
+/* ---- epidermis alone --------------------------------------------------------------------- */
+
+/* optics/opaque.c's formulas. */
+QUICK_INLINE bool epidermis(const struct quick_job *q, bool slopes)
+{
+    const double *restrict sa1 = q->sa1, *restrict ss1 = q->ss1;
+    double *restrict R = q->R, *restrict by_sa1 = q->by_sa1, *restrict by_sa2 = q->by_sa2;
+    double *restrict by_ss = q->by_ss;
+    double surface = 2.0 / 3.0 * q->A, entering = q->entering;
+    uint64_t beyond = 0;
+    QUICK_LOOP
+    for (size_t i = 0; i < q->stride; i++) {
+        double st = sa1[i] + ss1[i], k = sqrt(3.0 * sa1[i] * st);
+        double both = 1.0 / (st * k), inverse = both * k, i_k = both * st;
+        double r = k * inverse, mu = ss1[i] * inverse;
+        double i_losses = 1.0 / ((1.0 + r) * (1.0 + surface * r));
+        R[i] = entering * mu * i_losses;
+        if (slopes) {
+            double by_r = 1.0 + surface + 2.0 * surface * r;
+            double by_c = -entering * i_losses * (1.0 + mu * by_r * i_losses * (1.5 * st * i_k));
+            by_sa1[i] = by_c * mu * inverse;
+            by_ss[i] = -by_c * (sa1[i] * inverse) * inverse;
+            by_sa2[i] = 0.0;
+        }
+        beyond |= r >= 1.0 / 64.0 ? 0 : 1;
     }
     return beyond == 0;
 }
@@ -218,14 +261,24 @@ QUICK_INLINE void chain(const struct quick_job *q)
 /* ---- for each kind of vectors ------------------------------------------------------------ */
 
 /* What is computed: R alone; and the derivatives by absorption; and by all. */
-enum quick_kernel { HALF_SPACE_R, HALF_SPACE, TWO_LAYER_R, TWO_LAYER, TWO_LAYER_ALL };
+enum quick_kernel {
+    HALF_SPACE_R,
+    HALF_SPACE,
+    EPIDERMIS_R,
+    EPIDERMIS,
+    TWO_LAYER_R,
+    TWO_LAYER,
+    TWO_LAYER_ALL
+};
 
 /* Constants, so that each of the loops is made for its own. */
 QUICK_INLINE bool run(const struct quick_job *q, bool fused, enum quick_kernel kernel)
 {
-    coefficients(q, fused);
+    coefficients(q, fused, kernel != EPIDERMIS_R && kernel != EPIDERMIS);
     bool good = kernel == HALF_SPACE_R  ? half_space(q, fused, false)
                 : kernel == HALF_SPACE  ? half_space(q, fused, true)
+                : kernel == EPIDERMIS_R ? epidermis(q, false)
+                : kernel == EPIDERMIS   ? epidermis(q, true)
                 : kernel == TWO_LAYER_R ? two_layer(q, fused, false, false)
                 : kernel == TWO_LAYER   ? two_layer(q, fused, true, false)
                                         : two_layer(q, fused, true, true);
@@ -316,12 +369,14 @@ void quick_init(const struct model *model, const struct chromophores *c, double 
 }
 
 /* Which loops, for the parameters that are wanted of a skin and change it. */
-static enum quick_kernel kernel_for(bool two, unsigned wanted)
+static enum quick_kernel kernel_for(enum model_quick formulas, unsigned wanted)
 {
     const unsigned scattering = QUICK_WANT(TISSUE_EPIDERMIS_MM) | QUICK_WANT(TISSUE_SCATTERING_A) |
                                 QUICK_WANT(TISSUE_SCATTERING_B);
-    if (!two)
+    if (formulas == MODEL_QUICK_HALF_SPACE)
         return wanted == 0 ? HALF_SPACE_R : HALF_SPACE;
+    if (formulas == MODEL_QUICK_EPIDERMIS)
+        return wanted == 0 ? EPIDERMIS_R : EPIDERMIS;
     return wanted == 0 ? TWO_LAYER_R : wanted & scattering ? TWO_LAYER_ALL : TWO_LAYER;
 }
 
@@ -358,7 +413,7 @@ enum status quick_skin(const struct quick *q, const struct tissue *t, unsigned w
         .J = J,
         .wanted = wanted & ~without,
     };
-    if (!run_by(q->vectors, &job, kernel_for(two, job.wanted)))
+    if (!run_by(q->vectors, &job, kernel_for(q->model->quick, job.wanted)))
         return slow_slopes(q->model, t, c, wanted, slow_scratch, R, J);
     for (size_t i = c->n; i < stride; i++)
         R[i] = 0.0;
