@@ -117,7 +117,7 @@ static bool at_limit(const struct axis *axis, double value)
 }
 
 static unsigned flags_of(const struct matcher *matcher, const struct spectrum *spectrum,
-                         const struct match *match, const struct nearest_hit *hits)
+                         const struct match *match, const struct nearest_hit *hits, bool no_colour)
 {
     const struct grid *grid = &matcher->table->recipe.grid;
     unsigned flags = 0;
@@ -131,7 +131,7 @@ static unsigned flags_of(const struct matcher *matcher, const struct spectrum *s
         flags |= MATCH_TIE;
     if (match->rms > MATCH_POOR_RMS || (isnan(match->rms) && match->dE00 > MATCH_POOR_DE00))
         flags |= MATCH_POOR_FIT;
-    if (isnan(match->dE00))
+    if (isnan(match->dE00) && !no_colour)
         flags |= MATCH_NO_COLOUR;
     for (size_t i = 0; i < spectrum->n; i++)
         if (spectrum->flag[i] & SPECTRUM_BAND_ZEROED)
@@ -142,15 +142,23 @@ static unsigned flags_of(const struct matcher *matcher, const struct spectrum *s
 enum status matcher_match(const struct matcher *matcher, const struct spectrum *spectrum, size_t k,
                           struct nearest_hit *hits, struct match *ret)
 {
-    struct nearest_query query = { .spectrum = spectrum };
+    return matcher_match_asked(matcher, &(struct match_ask){ 0 }, spectrum, k, hits, ret);
+}
+
+enum status matcher_match_asked(const struct matcher *matcher, const struct match_ask *ask,
+                                const struct spectrum *spectrum, size_t k, struct nearest_hit *hits,
+                                struct match *ret)
+{
+    struct nearest_query query = { .spectrum = spectrum, .range = ask->range, .work = ask->work };
+    bool no_colour = ask->no_colour && matcher->by == MATCH_SPECTRUM;
     struct match match = { .by = matcher->by, .dE00 = NAN };
     struct nearest_hit two[2]; /* a tie shows only in the second */
     if (k == 0)
         return STATUS_RANGE;
     if (spectrum->specular != SPECULAR_SCE)
         return STATUS_UNSUPPORTED;
-    query.has_colour = colour_with(&matcher->table->recipe, matcher->weights, spectrum, query.Lab,
-                                   query.rgb) == STATUS_OK;
+    query.has_colour = !no_colour && colour_with(&matcher->table->recipe, matcher->weights,
+                                                 spectrum, query.Lab, query.rgb) == STATUS_OK;
     struct nearest_hit *found = k < 2 ? two : hits;
     enum status s = nearest_find(matcher->nearest, &query, k < 2 ? 2 : k, found, &match.found);
     if (s != STATUS_OK)
@@ -163,7 +171,7 @@ enum status matcher_match(const struct matcher *matcher, const struct spectrum *
     match.rms = matcher->by == MATCH_SPECTRUM
                     ? match.distance
                     : nearest_rms(matcher->table, match.row_index, spectrum);
-    match.flags = flags_of(matcher, spectrum, &match, found);
+    match.flags = flags_of(matcher, spectrum, &match, found, no_colour);
     if (k < 2) {
         hits[0] = two[0];
         match.found = 1;

@@ -66,9 +66,22 @@ void matcher_close(struct matcher *matcher);
 enum status matcher_colour(const struct table *table, const struct spectrum *spectrum,
                            double Lab[3], double rgb[3]);
 
+/* What is asked beside the nearest row. */
+struct match_ask {
+    bool no_colour; /* by spectrum: no colour is computed; dE00 is NAN, and nothing is said of it */
+    const struct nearest_range *range; /* NULL: all rows */
+    struct nearest_work *work;         /* NULL: not counted */
+};
+
 /* Nearest row and the k nearest into hits[k], k >= 1.  STATUS_UNSUPPORTED where
  * the spectrum is not SCE or lacks what `by` needs (colour, common bands). */
 enum status matcher_match(const struct matcher *matcher, const struct spectrum *spectrum, size_t k,
                           struct nearest_hit *hits, struct match *ret);
+
+/* The same as asked; statuses also as nearest_find() for a range.  A row at an end of the range
+ * is not at_limit for that: such flags are about the table. */
+enum status matcher_match_asked(const struct matcher *matcher, const struct match_ask *ask,
+                                const struct spectrum *spectrum, size_t k, struct nearest_hit *hits,
+                                struct match *ret);
 
 #endif

@@ -20,6 +20,8 @@ enum status misfit_layout(struct misfit *m)
     m->n = 0;
     m->wanted = fit_free(m->fit);
     m->tie.sd = INFINITY;
+    m->rows = 0;
+    m->scratch->spectra = m->scratch->derivatives = 0;
     for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
         const struct skin_role *role = &m->fit->role[i];
         m->first[i] = m->n;
@@ -31,6 +33,7 @@ enum status misfit_layout(struct misfit *m)
             m->hi[m->n + k] = role->hi;
         }
         m->n += m->places[i];
+        m->rows += role->free ? 1u : 0u;
     }
     return STATUS_OK;
 }
@@ -163,6 +166,8 @@ static void evaluate(const struct misfit *m, const double *x, bool straight, str
     ret->chi_square = m->scatter;
     memset(ret->gradient, 0, m->n * sizeof *ret->gradient);
     memset(ret->curvature, 0, m->n * (m->n + 1) / 2 * sizeof *ret->curvature);
+    s->spectra += m->groups;
+    s->derivatives += m->groups * m->rows;
     for (size_t g = 0; g < m->groups; g++) {
         double value[SKIN_PARAMETERS];
         misfit_values(m, x, g, value);
@@ -257,6 +262,7 @@ double misfit_chi_square(const struct misfit *m, const double *x, double *fitted
     double *r = m->scratch->R;
     for (size_t i = 0; i < n; i++)
         fitted[i] = 0.0;
+    m->scratch->spectra += m->groups;
     for (size_t g = 0; g < m->groups; g++) {
         const double *row[1] = { r };
         double value[SKIN_PARAMETERS], product;

@@ -24,6 +24,7 @@ struct misfit_scratch {
     /* Rows QUICK_STRIDE(bands) apart. */
     _Alignas(MISFIT_ALIGNED) double J[SKIN_PARAMETERS * SPECTRUM_MAX_BANDS];
     double x[LEAST_SQUARES_MAX]; /* where both were last computed for misfit_evaluate() */
+    size_t spectra, derivatives; /* computed since misfit_layout(): R, and rows of J */
 };
 
 struct misfit {
@@ -37,6 +38,7 @@ struct misfit {
     struct whitener whitener;
     double scatter;  /* chi^2 of the replicates about their mean, where that is compared */
     unsigned wanted; /* derivatives: a bit for each free parameter */
+    size_t rows;     /* of them */
     size_t n;        /* parameters in the vector */
     size_t first[SKIN_PARAMETERS], places[SKIN_PARAMETERS]; /* of each in the vector */
     double lo[LEAST_SQUARES_MAX], hi[LEAST_SQUARES_MAX];
@@ -48,8 +50,8 @@ struct misfit {
     struct misfit_scratch *scratch;
 };
 
-/* Where each parameter stands in the vector, its bounds, and no tie; fit and groups are set.
- * STATUS_UNSUPPORTED where there is no room for as many. */
+/* Where each parameter stands in the vector, its bounds, and no tie; fit, groups and scratch are
+ * set. STATUS_UNSUPPORTED where there is no room for as many. */
 enum status misfit_layout(struct misfit *m);
 
 /* The seven values that group g has at x, and the mean of all groups. */

@@ -431,6 +431,15 @@ static void widen(const struct refiner *r, const struct site *site, const struct
     }
 }
 
+/* Values alone. */
+static void tell_values(const struct misfit *m, const struct minimum *at, struct refined *ret)
+{
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++) {
+        ret->value[i] = misfit_mean(m, at->x, (enum skin_parameter)i);
+        ret->se[i] = ret->repeat_se[i] = ret->lo[i] = ret->hi[i] = NAN;
+    }
+}
+
 /* An amount is judged by its root: reflectance goes by the root of what absorbs. */
 static double on_scale(size_t i, double x)
 {
@@ -524,19 +533,26 @@ static enum status fit_site(const struct refiner *r, struct site *site,
     enum status s = descend(m, &at, &run, fitted);
     if (s != STATUS_OK)
         return s;
-    minimum_covariance(m, &at);
-    if ((want & REFINE_SECOND) != 0)
-        has_second = look_around(r, site, starts, n_starts, &at, &second, fitted);
-    for (int turn = 0; !describe(m, &at, turn < AGAIN ? want : 0, ret); turn++) {
-        (void)descend(m, &at, &rerun, fitted); /* from where chi^2 was finite just now */
+    if ((want & REFINE_NO_SE) != 0) {
+        tell_values(m, &at, ret);
+        memset(spread, 0, sizeof spread);
+    } else {
         minimum_covariance(m, &at);
+        if ((want & REFINE_SECOND) != 0)
+            has_second = look_around(r, site, starts, n_starts, &at, &second, fitted);
+        for (int turn = 0; !describe(m, &at, turn < AGAIN ? want : 0, ret); turn++) {
+            (void)descend(m, &at, &rerun, fitted); /* from where chi^2 was finite just now */
+            minimum_covariance(m, &at);
+        }
+        widen(r, site, &at, spread, ret);
     }
-    widen(r, site, &at, spread, ret);
     tell_second(m, has_second ? &second : NULL, ret);
     compare(r, site, fitted, want, ret);
     judge(r, site, &at, ret);
     ret->iterations = run.iterations;
     ret->evaluations = run.evaluations + approaches;
+    ret->model_spectra = m->scratch->spectra;
+    ret->model_derivatives = m->scratch->derivatives;
     ret->flags =
         flags_of(&r->fit, spread, ret) | (run.converged ? 0u : (unsigned)REFINE_NOT_CONVERGED);
     return STATUS_OK;

@@ -43,6 +43,9 @@ enum refine_want {
     REFINE_SECOND = 1 << 1,    /* else has_second is false */
     REFINE_COLOUR = 1 << 2,    /* else dE00 is NAN */
     REFINE_ALL = 7,
+    /* Values and chi^2 alone, without covariance: se, repeat_se, lo and hi are NAN, and flags
+     * that go by them are not told.  Not with the two first. */
+    REFINE_NO_SE = 1 << 3,
 };
 
 struct refined {
@@ -67,6 +70,8 @@ struct refined {
     double chi_square_p; /* probability of a larger one; 1 where degrees is 0 */
     struct noise noise;  /* what was assumed */
     size_t iterations, evaluations; /* of the fit itself */
+    /* All that was computed, whatever for: spectra of the model, and derivatives of spectra. */
+    size_t model_spectra, model_derivatives;
     bool has_second;
     double second[SKIN_PARAMETERS], second_chi_square;
 };

@@ -130,10 +130,9 @@ enum status refine_wish_noise(const struct refine_wish *wish, const struct spect
 /* ---- the answer --------------------------------------------------------------------- */
 
 /* Rows know three parameters; the others begin as the fit says. */
-static size_t starts_of(const struct table *table, const struct nearest_hit *hits, size_t found,
-                        const struct fit *fit, double (*starts)[SKIN_PARAMETERS])
+void refined_match_starts(const struct table *table, const struct nearest_hit *hits, size_t n,
+                          const struct fit *fit, double (*starts)[SKIN_PARAMETERS])
 {
-    size_t n = found < REFINE_STARTS ? found : REFINE_STARTS;
     for (size_t i = 0; i < n; i++) {
         struct table_row row;
         table_get(table, hits[i].row, &row);
@@ -143,10 +142,9 @@ static size_t starts_of(const struct table *table, const struct nearest_hit *hit
         starts[i][SKIN_BM] = row.Bm;
         starts[i][SKIN_CH] = row.Ch;
     }
-    return n;
 }
 
-static void colour_of_fit(const struct table *table, const struct spectrum *mean,
+void refined_match_colour(const struct table *table, const struct spectrum *mean,
                           const struct refined *refined, double Lab[3])
 {
     struct spectrum fitted = *mean;
@@ -180,12 +178,13 @@ enum status refined_match(const struct matcher *matcher, const struct refiner *r
         s = refine_wish_noise(wish, replicate, n, &noise, &made.source);
     if (s != STATUS_OK)
         return s;
-    size_t starts_n = starts_of(matcher->table, hits, made.nearest.found, &fit, starts);
+    size_t starts_n = made.nearest.found < REFINE_STARTS ? made.nearest.found : REFINE_STARTS;
+    refined_match_starts(matcher->table, hits, starts_n, &fit, starts);
     s = refiner_run(refiner, &noise, replicate, n, (const double(*)[SKIN_PARAMETERS])starts,
                     starts_n, REFINE_ALL, &made.refined, why);
     if (s != STATUS_OK)
         return s;
-    colour_of_fit(matcher->table, mean, &made.refined, made.Lab);
+    refined_match_colour(matcher->table, mean, &made.refined, made.Lab);
     *ret = made;
     return STATUS_OK;
 }

@@ -65,6 +65,15 @@ struct refined_match {
     double Lab[3]; /* of the fitted skin on the measured bands, table's light; NAN without colour */
 };
 
+/* The rows found as starts of a fit: their Cm, Bm, Ch, all else as the fit has it. */
+void refined_match_starts(const struct table *table, const struct nearest_hit *hits, size_t n,
+                          const struct fit *fit, double (*starts)[SKIN_PARAMETERS]);
+
+/* L*a*b* of the fitted skin on the measured bands under the table's light; NAN where they give
+ * none. */
+void refined_match_colour(const struct table *table, const struct spectrum *mean,
+                          const struct refined *refined, double Lab[3]);
+
 /* Match `mean` and fit the replicates (n of them; the mean is theirs) from the rows found on.
  * hits[] has room for max(k, REFINE_STARTS).  The refiner was opened for refine_wish_fit() and
  * the bands of the spectra.  STATUS_UNSUPPORTED, before anything is matched, for a refiner of
