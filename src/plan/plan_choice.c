@@ -1,0 +1,447 @@
+/* plan_choice.c - what can be done, what it costs, and which of it is taken. */
+#include "plan/plan_choice.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+
+#include "colour/xyz.h"
+
+__attribute__((format(printf, 3, 4))) static enum status refuse(enum status s, char *why,
+                                                                const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(why, SCENE_WHY_SIZE, format, arguments);
+    va_end(arguments);
+    return s;
+}
+
+static bool wants(const struct scene *scene, unsigned what)
+{
+    return (scene->wanted & what) != 0;
+}
+
+/* ---- bands -------------------------------------------------------------------------- */
+
+static enum status take_bands(struct choice *c, char *why)
+{
+    const struct plan_at_hand *h = c->at_hand;
+    const struct scene *s = c->scene;
+    c->first = 0;
+    c->every = 1;
+    c->bands = h->bands;
+    c->first_nm = h->first_nm;
+    c->step_nm = h->step_nm;
+    if (isnan(s->first_nm))
+        return STATUS_OK;
+    double last_nm = h->first_nm + (double)(h->bands - 1) * h->step_nm;
+    double first = (s->first_nm - h->first_nm) / h->step_nm, every = s->step_nm / h->step_nm;
+    double bands = nearbyint((s->last_nm - s->first_nm) / s->step_nm) + 1.0;
+    bool single = bands == 1.0;
+    if (first < -1e-6 || s->last_nm > last_nm + 1e-6 || fabs(first - nearbyint(first)) > 1e-6 ||
+        (!single && (every < 0.5 || fabs(every - nearbyint(every)) > 1e-6)))
+        return refuse(STATUS_RANGE, why,
+                      "the scene's bands %g..%g nm by %g are not among the measured %g..%g nm by "
+                      "%g; ask for bands that were measured, or leave `bands` out",
+                      s->first_nm, s->last_nm, s->step_nm, h->first_nm, last_nm, h->step_nm);
+    c->first = (size_t)nearbyint(first);
+    c->every = single ? 1 : (size_t)nearbyint(every);
+    c->bands = (size_t)bands;
+    c->first_nm = s->first_nm;
+    c->step_nm = single ? h->step_nm : s->step_nm;
+    return STATUS_OK;
+}
+
+static bool have_colour(const struct choice *c, enum illuminant illuminant, enum observer observer)
+{
+    struct xyz_weights weights;
+    return xyz_weights_init(illuminant, observer, c->first_nm, c->step_nm, c->bands, &weights) ==
+           STATUS_OK;
+}
+
+static enum status check_colour(const struct choice *c, char *why)
+{
+    const struct scene *s = c->scene;
+    if (!wants(s, SCENE_LAB | SCENE_RGB) || have_colour(c, s->illuminant, s->observer))
+        return STATUS_OK;
+    return refuse(STATUS_RANGE, why,
+                  "the bands %g..%g nm by %g give no colour, but %s is wanted; use bands from 400 "
+                  "nm or below to 700 nm or above by 1, 5 or 10 nm, or do not want it",
+                  c->first_nm, c->first_nm + (double)(c->bands - 1) * c->step_nm, c->step_nm,
+                  wants(s, SCENE_LAB) ? "lab" : "rgb");
+}
+
+/* Of the recipe's bands those that are used too. */
+static size_t common_bands(const struct choice *c, const struct recipe *recipe)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < recipe->bands; i++) {
+        double nm = recipe->first_nm + (double)i * recipe->step_nm;
+        double at = (nm - c->first_nm) / c->step_nm;
+        bool there = at > -0.5 && at < (double)c->bands - 0.5 &&
+                     fabs(at - nearbyint(at)) * c->step_nm <= 1e-6;
+        n += there ? 1u : 0u;
+    }
+    return n;
+}
+
+/* ---- ranges ------------------------------------------------------------------------- */
+
+static size_t values_in(const struct axis *axis, struct scene_range r)
+{
+    size_t n = 0;
+    if (axis->lo >= r.lo && axis->hi <= r.hi)
+        return axis->n;
+    for (size_t i = 0; i < axis->n; i++) {
+        double x = axis_value(axis, i);
+        n += x >= r.lo && x <= r.hi ? 1u : 0u;
+    }
+    return n;
+}
+
+size_t choice_rows(const struct scene *s, const struct plan_table *table)
+{
+    const struct grid *grid = &table->recipe->grid;
+    struct scene_range Cm = scene_range_of(s, 0), Bm = scene_range_of(s, 1);
+    size_t n = values_in(&grid->Ch, scene_range_of(s, 2));
+    if (!scene_is_ranged(s))
+        return table->rows;
+    /* Without melanin there is one Bm. */
+    bool bare = grid->Cm.lo == 0.0 && Cm.lo <= 0.0;
+    size_t with_melanin = values_in(&grid->Cm, Cm) - (bare ? 1u : 0u);
+    size_t bare_rows = bare && grid->Bm.lo >= Bm.lo && grid->Bm.lo <= Bm.hi ? n : 0;
+    return bare_rows + with_melanin * values_in(&grid->Bm, Bm) * n;
+}
+
+/* ---- the fit of a way --------------------------------------------------------------- */
+
+struct refine_wish choice_wish(const struct scene *s)
+{
+    struct refine_wish wish = refine_wish_none();
+    wish.kind = s->fit != REFINE_NOT ? s->fit : REFINE_THREE;
+    wish.white = s->white;
+    wish.placement = s->placement;
+    for (size_t i = 0; i < 3; i++)
+        if (scene_is_held(s, i))
+            wish.fix[i] = s->range[i].lo;
+    return wish;
+}
+
+enum status choice_fit(const struct scene *s, const struct refine_wish *wish,
+                       const struct recipe *recipe, struct fit *ret, const char **why)
+{
+    struct fit fit;
+    enum status status = refine_wish_fit(wish, recipe, &fit, why);
+    if (status != STATUS_OK)
+        return status;
+    for (size_t i = 0; i < 3; i++) {
+        struct skin_role *role = &fit.role[i];
+        if (isnan(s->range[i].lo) || scene_is_held(s, i) || !role->free)
+            continue;
+        role->lo = fmax(role->lo, s->range[i].lo);
+        role->hi = fmin(role->hi, s->range[i].hi);
+        role->value = fmin(fmax(role->value, role->lo), role->hi);
+    }
+    status = fit_check(&fit, why);
+    if (status == STATUS_OK)
+        *ret = fit;
+    return status;
+}
+
+/* ---- ways --------------------------------------------------------------------------- */
+
+/* Of a table of another size the one nearest in size, in proportion. */
+static const struct cost *cost_of(const struct choice *c, const struct way *w)
+{
+    const struct costs *costs = c->at_hand->costs;
+    enum refine_kind kind = !w->fits                       ? REFINE_NOT
+                            : c->scene->fit == REFINE_SKIN ? REFINE_SKIN
+                                                           : REFINE_THREE;
+    size_t rows = w->table == PLAN_NO_TABLE ? 0 : c->at_hand->table[w->table].rows;
+    const struct cost *found = NULL;
+    double least = INFINITY;
+    for (size_t i = 0; i < costs->n; i++) {
+        const struct cost *cost = &costs->cost[i];
+        if (cost->model != w->model || cost->refine != kind || (cost->rows == 0) != (rows == 0) ||
+            cost->by != w->by || cost->interval != wants(c->scene, SCENE_INTERVAL))
+            continue;
+        double apart = rows == 0 ? 0.0 : fabs(log((double)cost->rows / (double)rows));
+        if (apart < least) {
+            least = apart;
+            found = cost;
+        }
+    }
+    return found;
+}
+
+static double over(double error, double bound)
+{
+    if (isnan(bound))
+        return 0.0;
+    return isnan(error) ? INFINITY : error / bound;
+}
+
+/* By how many times the worst of what is bounded exceeds its bound: at most 1 where all is met. */
+static double excess(const struct scene *s, const struct cost *cost)
+{
+    double most = fmax(over(cost->dE00, s->bound.dE00), over(cost->rms_R, s->bound.rms));
+    for (size_t i = 0; i < 3; i++)
+        most = fmax(most, over(cost->rmse[i], s->bound.coefficient[i]));
+    return most;
+}
+
+/* Of ways that take no longer than they may the least wrong: each error in parts of the
+ * coefficient's range, by its root where reflectance goes by that (Cm, Ch). */
+static double wrongness(const struct scene *s, const struct cost *cost)
+{
+    double sum = 0.0;
+    for (size_t i = 0; i < 3; i++) {
+        struct scene_range whole = scene_whole_range(i);
+        if (scene_is_held(s, i))
+            continue;
+        sum += isnan(cost->rmse[i]) ? 1.0 : cost->rmse[i] / whole.hi;
+    }
+    return sum;
+}
+
+/* A way that can be gone. */
+static void offer(struct choice *c, struct way *w)
+{
+    w->cost = cost_of(c, w);
+    if (!c->asked) { /* in the order of the default */
+        if (!c->any)
+            c->best = *w;
+        c->any = true;
+        return;
+    }
+    if (w->cost == NULL)
+        return;
+    bool timed = !isnan(c->scene->budget_us);
+    double us = w->cost->us + c->colour_us, far = excess(c->scene, w->cost);
+    bool met = timed ? us <= c->scene->budget_us : far <= 1.0;
+    double score = timed ? wrongness(c->scene, w->cost) : us, miss = timed ? us : far;
+    if (met && (!c->any || score < c->best_score)) {
+        c->best = *w;
+        c->best_score = score;
+        c->any = true;
+    } else if (!met && (!c->any_miss || miss < c->miss_score)) {
+        c->miss = *w;
+        c->miss_score = miss;
+        c->any_miss = true;
+    }
+}
+
+/* The first reason is the one that is told: it is that of the default. */
+static bool none(struct choice *c, enum status s)
+{
+    if (c->status == STATUS_OK)
+        c->status = s;
+    return false;
+}
+
+static bool can_fit(struct choice *c, const struct model *model, const struct recipe *recipe)
+{
+    struct refine_wish wish = choice_wish(c->scene);
+    const char *what = NULL;
+    struct fit fit;
+    size_t n = 0;
+    enum status s = choice_fit(c->scene, &wish, recipe, &fit, &what);
+    if (s == STATUS_OK && c->scene->no_dermis && model->quick != MODEL_QUICK_TWO_LAYER) {
+        s = STATUS_UNSUPPORTED;
+        what = "the dermis can be left out of model two-layer alone; take that, or leave "
+               "`dermis` out";
+    }
+    for (size_t i = 0; s == STATUS_OK && i < SKIN_PARAMETERS; i++)
+        n += fit.role[i].free ? 1u : 0u;
+    if (n > c->bands) {
+        s = STATUS_RANGE;
+        what = "fewer bands are used than the fit has free parameters; hold some of them, or use "
+               "more bands";
+    }
+    if (s == STATUS_OK)
+        return true;
+    if (c->why[0] == '\0')
+        (void)refuse(s, c->why, "model %s: %s", model->name, what != NULL ? what : status_text(s));
+    return none(c, s);
+}
+
+static bool can_search(struct choice *c, const struct plan_table *table, enum match_by by)
+{
+    const struct recipe *recipe = table->recipe;
+    char *why = c->why[0] == '\0' ? c->why : (char[SCENE_WHY_SIZE]){ 0 };
+    if (by == MATCH_SPECTRUM && recipe->bands == 0)
+        return none(c, refuse(STATUS_RANGE, why,
+                              "table '%s' (model %s) has no spectra to search by; use rgb, lab or "
+                              "de2000, or another table",
+                              table->name, recipe->model->name));
+    size_t common = by == MATCH_SPECTRUM ? common_bands(c, recipe) : 0;
+    if (by == MATCH_SPECTRUM && common < NEAREST_MIN_BANDS)
+        return none(c, refuse(STATUS_RANGE, why,
+                              "%zu of the bands are in table '%s' as well; to search by spectrum "
+                              "takes %d",
+                              common, table->name, (int)NEAREST_MIN_BANDS));
+    if (by != MATCH_SPECTRUM && !have_colour(c, recipe->illuminant, recipe->observer))
+        return none(c,
+                    refuse(STATUS_RANGE, why,
+                           "the bands give no colour to search by %s; use 400..700 nm by 1, 5 or "
+                           "10 nm, or search by spectrum",
+                           match_by_name(by)));
+    if (choice_rows(c->scene, table) == 0)
+        return none(c, refuse(STATUS_RANGE, why,
+                              "no row of table '%s' lies inside the ranges; widen them, build a "
+                              "table that has such rows, or want `refined` without `nearest`",
+                              table->name));
+    return true;
+}
+
+static void offer_table(struct choice *c, int index)
+{
+    const struct scene *s = c->scene;
+    const struct plan_table *table = &c->at_hand->table[index];
+    const struct model *model = table->recipe->model;
+    enum match_by first = table->recipe->bands > 0 ? MATCH_SPECTRUM : MATCH_RGB;
+    const enum match_by ways[] = { first, MATCH_RGB, MATCH_LAB, MATCH_DE2000, MATCH_SPECTRUM };
+    if (s->model != NULL && s->model != model)
+        return;
+    for (size_t i = 0; i < (s->has_by ? 1u : sizeof ways / sizeof *ways); i++) {
+        struct way w = { .table = index, .by = s->has_by ? s->by : ways[i], .model = model };
+        if ((i > 0 && w.by == first) || (i > 0 && !c->asked) || !can_search(c, table, w.by))
+            continue;
+        if (!wants(s, SCENE_REFINED) && s->fit == REFINE_NOT && !s->no_dermis)
+            offer(c, &w);
+        w.fits = true;
+        if ((wants(s, SCENE_REFINED) || (wants(s, SCENE_COEFFICIENTS) && (c->asked || s->fit))) &&
+            can_fit(c, model, table->recipe))
+            offer(c, &w);
+    }
+}
+
+/* Without a table: the half space's closed form, and fits from there. */
+static void offer_model(struct choice *c, const struct model *model)
+{
+    const struct scene *s = c->scene;
+    struct way w = { .table = PLAN_NO_TABLE, .by = MATCH_SPECTRUM, .model = model };
+    if ((s->model != NULL && s->model != model) || model->reflectance == NULL)
+        return;
+    const struct recipe recipe = recipe_default(model);
+    if (model->quick == MODEL_QUICK_HALF_SPACE && !wants(s, SCENE_REFINED) &&
+        s->fit == REFINE_NOT && c->bands >= 3 && !scene_is_ranged(s))
+        offer(c, &w);
+    w.fits = true;
+    if ((wants(s, SCENE_REFINED) || c->asked || s->fit != REFINE_NOT) && can_fit(c, model, &recipe))
+        offer(c, &w);
+}
+
+static void offer_all(struct choice *c)
+{
+    const struct scene *s = c->scene;
+    bool rows = s->start != SCENE_START_CLOSED_FORM || wants(s, SCENE_NEAREST);
+    bool without = !wants(s, SCENE_NEAREST) && s->start != SCENE_START_ROWS && !s->has_by;
+    for (size_t i = 0; rows && i < c->at_hand->tables; i++)
+        offer_table(c, (int)i);
+    if (!without)
+        return;
+    /* By default the model of the tables that are usual. */
+    const struct model *usual = model_find("two-layer");
+    offer_model(c, usual);
+    for (size_t i = 0; i < MODEL_COUNT; i++)
+        if (&model_list[i] != usual && (c->asked || s->model != NULL))
+            offer_model(c, &model_list[i]);
+}
+
+/* ---- refused ------------------------------------------------------------------------ */
+
+static void describe(const struct choice *c, const struct way *w, char *text, size_t size)
+{
+    const char *table = w->table == PLAN_NO_TABLE ? "" : c->at_hand->table[w->table].name;
+    if (w->table == PLAN_NO_TABLE)
+        snprintf(text, size, "%s, %s", w->model->name,
+                 w->fits ? "fitted from the closed form" : "the closed form");
+    else
+        snprintf(text, size, "table '%s' by %s%s", table, match_by_name(w->by),
+                 w->fits ? ", refined" : "");
+}
+
+static void list_errors(const struct scene *s, const struct cost *cost, char *text, size_t size)
+{
+    const double bound[] = { s->bound.coefficient[0], s->bound.coefficient[1],
+                             s->bound.coefficient[2], s->bound.dE00, s->bound.rms };
+    const double error[] = { cost->rmse[0], cost->rmse[1], cost->rmse[2], cost->dE00, cost->rms_R };
+    static const char *const names[] = { "Cm", "Bm", "Ch", "dE00", "rms" };
+    size_t used = 0;
+    text[0] = '\0';
+    for (size_t i = 0; i < 5 && used < size; i++) {
+        if (isnan(bound[i]))
+            continue;
+        int n = isnan(error[i]) ? snprintf(text + used, size - used, "%s%s not measured",
+                                           used > 0 ? ", " : "", names[i])
+                                : snprintf(text + used, size - used, "%s%s %g for %g",
+                                           used > 0 ? ", " : "", names[i], error[i], bound[i]);
+        used += n > 0 ? (size_t)n : 0;
+    }
+}
+
+static enum status refuse_all(const struct choice *c, char *why)
+{
+    char way[96], errors[160];
+    const struct scene *s = c->scene;
+    if (c->any_miss) {
+        describe(c, &c->miss, way, sizeof way);
+        double us = c->miss.cost->us + c->colour_us;
+        if (!isnan(s->budget_us))
+            return refuse(STATUS_RANGE, why,
+                          "nothing at hand takes %g us or less; the quickest is %s, %.3g us; allow "
+                          "as much, or want less",
+                          s->budget_us, way, us);
+        list_errors(s, c->miss.cost, errors, sizeof errors);
+        return refuse(STATUS_RANGE, why,
+                      "nothing at hand is as good as the error bound; nearest comes %s (%s) in "
+                      "%.3g us; allow as much, or build a larger table",
+                      way, errors, us);
+    }
+    if (c->status != STATUS_OK)
+        return refuse(c->status, why, "%s", c->why);
+    if (c->asked && !wants(s, SCENE_NEAREST))
+        return refuse(STATUS_NOT_FOUND, why,
+                      "neither error nor time of such a way was measured; leave bound and budget "
+                      "out, or run `skinspec bench --calibrate`");
+    return refuse(STATUS_NOT_FOUND, why,
+                  "no table%s%s that does this is at hand; make one with `skinspec table build "
+                  "--model %s`, or want `refined` without `nearest`",
+                  s->model != NULL ? " of model " : "", s->model != NULL ? s->model->name : "",
+                  s->model != NULL ? s->model->name : "two-layer");
+}
+
+/* ---- chosen ------------------------------------------------------------------------- */
+
+struct recipe choice_recipe(const struct plan_at_hand *at_hand, const struct way *way)
+{
+    return way->table == PLAN_NO_TABLE ? recipe_default(way->model)
+                                       : *at_hand->table[way->table].recipe;
+}
+
+enum status choice_make(const struct scene *scene, const struct plan_at_hand *at_hand,
+                        struct choice *ret, char why[SCENE_WHY_SIZE])
+{
+    bool colour = wants(scene, SCENE_LAB | SCENE_RGB);
+    *ret = (struct choice){ .scene = scene,
+                            .at_hand = at_hand,
+                            .asked = scene_is_bounded(scene) || !isnan(scene->budget_us),
+                            .colour_us = colour ? PLAN_COLOUR_US : 0.0,
+                            .best = { .table = PLAN_NO_TABLE } };
+    enum status s = take_bands(ret, why);
+    if (s == STATUS_OK)
+        s = check_colour(ret, why);
+    if (s != STATUS_OK)
+        return s;
+    if (scene_wants_skin(scene)) {
+        offer_all(ret);
+        return ret->any ? STATUS_OK : refuse_all(ret, why);
+    }
+    if (!isnan(scene->budget_us) && ret->colour_us > scene->budget_us)
+        return refuse(STATUS_RANGE, why,
+                      "nothing at hand takes %g us or less; a colour takes %.3g us; allow as much",
+                      scene->budget_us, ret->colour_us);
+    return STATUS_OK;
+}

@@ -1,0 +1,49 @@
+/* plan_choice.h - the ways there are to what a scene wants, and the one of them that is taken:
+ * the inner part of plan/plan.h, which has the contract. */
+#ifndef SKINSPEC_PLAN_PLAN_CHOICE_H
+#define SKINSPEC_PLAN_PLAN_CHOICE_H
+
+#include "plan/plan.h"
+
+/* One way to an answer. */
+struct way {
+    int table; /* PLAN_NO_TABLE: none */
+    enum match_by by;
+    bool fits;
+    const struct model *model;
+    const struct cost *cost; /* NULL: not measured */
+};
+
+/* What the choice is made from, and how it stands. */
+struct choice {
+    const struct scene *scene;
+    const struct plan_at_hand *at_hand;
+    double first_nm, step_nm;
+    size_t first, every, bands;
+    bool asked;            /* an error bound or a budget is given */
+    double colour_us;      /* beside each way */
+    bool any, any_miss;    /* best, miss are set */
+    struct way best, miss; /* miss: of those that are not as asked the nearest to it */
+    double best_score, miss_score;
+    /* Why the first way that would else be one is none; "" while there is no such. */
+    enum status status;
+    char why[SCENE_WHY_SIZE];
+};
+
+/* The way into choice->best; STATUS_OK, or as plan_make() with why[]. */
+enum status choice_make(const struct scene *scene, const struct plan_at_hand *at_hand,
+                        struct choice *ret, char why[SCENE_WHY_SIZE]);
+
+/* The table's recipe; the model's default one without a table. */
+struct recipe choice_recipe(const struct plan_at_hand *at_hand, const struct way *way);
+
+/* Rows of a table inside the scene's ranges. */
+size_t choice_rows(const struct scene *scene, const struct plan_table *table);
+
+/* What a scene asks of a fit; and the fit, held and narrowed as the scene says.  Statuses and
+ * *why of refine_wish_fit(). */
+struct refine_wish choice_wish(const struct scene *scene);
+enum status choice_fit(const struct scene *scene, const struct refine_wish *wish,
+                       const struct recipe *recipe, struct fit *ret, const char **why);
+
+#endif
