@@ -99,7 +99,8 @@ enum status number_parse_count(const char *text, size_t max, size_t *ret)
     return STATUS_OK;
 }
 
-const char *number_format(double x, int digits, char text[NUMBER_TEXT_SIZE])
+/* printf's own way: any number, any count of digits. */
+static const char *format_by_printf(double x, int digits, char text[NUMBER_TEXT_SIZE])
 {
     locale_t before = uselocale(the_c_locale());
     snprintf(text, NUMBER_TEXT_SIZE, "%.*g", digits, x == 0.0 ? 0.0 : x); /* no "-0" */
@@ -112,11 +113,11 @@ static const char *format_by_trying(double x, char text[NUMBER_TEXT_SIZE])
 {
     for (int digits = 15; digits < 17; digits++) {
         double back;
-        number_format(x, digits, text);
+        format_by_printf(x, digits, text);
         if (number_parse(text, &back) == STATUS_OK && back == x)
             return text;
     }
-    return number_format(x, 17, text);
+    return format_by_printf(x, 17, text);
 }
 
 #ifdef __SIZEOF_INT128__
@@ -140,6 +141,30 @@ struct scaled {
     uint64_t gap; /* 5^p: from x to the next double, in units of N */
 };
 
+/* 5^0 .. 5^21 */
+static const uint64_t power_of_five[] = { 1u,
+                                          5u,
+                                          25u,
+                                          125u,
+                                          625u,
+                                          3125u,
+                                          15625u,
+                                          78125u,
+                                          390625u,
+                                          1953125u,
+                                          9765625u,
+                                          48828125u,
+                                          244140625u,
+                                          1220703125u,
+                                          6103515625u,
+                                          30517578125u,
+                                          152587890625u,
+                                          762939453125u,
+                                          3814697265625u,
+                                          19073486328125u,
+                                          95367431640625u,
+                                          476837158203125u };
+
 static void scale(double x, struct scaled *ret)
 {
     int e;
@@ -147,15 +172,14 @@ static void scale(double x, struct scaled *ret)
     e -= 53;
     /* Begin with the decimal exponent of 2^(e + 52): that of x, or one less. */
     int p = 16 - (int)floor(0.3010299956639812 * (e + 52));
-    uint64_t gap = 1;
-    for (int i = 0; i < p; i++)
-        gap *= 5;
+    uint64_t gap = power_of_five[p];
     *ret = (struct scaled){ m * (wide)gap, p, -(e + p), gap };
     if (ret->N >> ret->s >= 100000000000000000u)
-        *ret = (struct scaled){ m * (wide)(gap / 5), p - 1, -(e + p - 1), gap / 5 };
+        *ret = (struct scaled){ m * (wide)power_of_five[p - 1], p - 1, -(e + p - 1),
+                                power_of_five[p - 1] };
 }
 
-/* x 10^p to a multiple of `unit`, 1, 10 or 100: half to even, as printf; the number of
+/* x 10^p to a multiple of `unit`, a power of ten up to 1e16: half to even, as printf; the number of
  * units in *ret.  Whether it reads back as x. */
 static bool round_scaled(const struct scaled *x, uint64_t unit, uint64_t *ret)
 {
@@ -186,6 +210,41 @@ static void write_units(uint64_t units, int decimals, char *text)
     *text = '\0';
 }
 
+static const uint64_t power_of_ten[] = { 1u,
+                                         10u,
+                                         100u,
+                                         1000u,
+                                         10000u,
+                                         100000u,
+                                         1000000u,
+                                         10000000u,
+                                         100000000u,
+                                         1000000000u,
+                                         10000000000u,
+                                         100000000000u,
+                                         1000000000000u,
+                                         10000000000000u,
+                                         100000000000000u,
+                                         1000000000000000u,
+                                         10000000000000000u };
+
+/* So many digits of a number below 10^digits - 1/2, which is written without an exponent. */
+static void format_digits(double x, int digits, char *text)
+{
+    struct scaled scaled;
+    uint64_t units;
+    int dropped = 17 - digits;
+    scale(x, &scaled);
+    round_scaled(&scaled, power_of_ten[dropped], &units);
+    write_units(units, scaled.p - dropped, text);
+}
+
+static bool has_plain_digits(double x, int digits)
+{
+    double most = digits <= 15 ? (double)power_of_ten[digits] - 1.0 : by_whole_max;
+    return digits >= 1 && digits <= 17 && x >= by_whole_min && x < by_whole_max && x <= most;
+}
+
 static void format_by_whole_numbers(double x, char *text)
 {
     static const uint64_t unit[] = { 1, 10, 100 };
@@ -198,6 +257,18 @@ static void format_by_whole_numbers(double x, char *text)
     write_units(units, scaled.p - dropped, text);
 }
 #endif
+
+const char *number_format(double x, int digits, char text[NUMBER_TEXT_SIZE])
+{
+#ifdef __SIZEOF_INT128__
+    if (has_plain_digits(fabs(x), digits)) {
+        text[0] = '-';
+        format_digits(fabs(x), digits, text + (x < 0.0 ? 1 : 0));
+        return text;
+    }
+#endif
+    return format_by_printf(x, digits, text);
+}
 
 const char *number_format_exact(double x, char text[NUMBER_TEXT_SIZE])
 {

@@ -297,6 +297,42 @@ static void test_exact_by_chance(void)
     TEST_ASSERT_TRUE(numbers > 1390000);
 }
 
+/* Any count of digits, against printf: ties (a half in binary), digits of nines, and the edges
+ * where an exponent begins. */
+static void test_format_by_chance(void)
+{
+    struct dice dice = { 29 };
+    int numbers = 0;
+    for (int turn = 0; turn < 1400000; turn++) {
+        char text[NUMBER_TEXT_SIZE], expect[NUMBER_TEXT_SIZE];
+        double x = some_number(turn, &dice);
+        int digits = 1 + turn / 7 % 17;
+        if (!isfinite(x) || x == 0.0)
+            continue;
+        numbers++;
+        snprintf(expect, sizeof expect, "%.*g", digits, x);
+        if (strcmp(expect, number_format(x, digits, text)) != 0)
+            TEST_ASSERT_EQUAL_STRING(expect, text);
+    }
+    TEST_ASSERT_TRUE(numbers > 1390000);
+}
+
+static void test_format_edges(void)
+{
+    static const double edges[] = { 0.5,           1.5,          2.5,         0.125,
+                                    0.375,         9.5,          99.5,        999.5,
+                                    999999999.5,   999999999.4,  99999999.95, 9.9999999995,
+                                    1e-4,          0.00099999,   1e14,        999999999999999.9,
+                                    0.00010000001, 123456789.25, 1e9 };
+    char text[NUMBER_TEXT_SIZE], expect[NUMBER_TEXT_SIZE];
+    for (size_t i = 0; i < sizeof edges / sizeof *edges; i++) {
+        for (int digits = 1; digits <= 17; digits++) {
+            snprintf(expect, sizeof expect, "%.*g", digits, edges[i]);
+            TEST_ASSERT_EQUAL_STRING(expect, number_format(edges[i], digits, text));
+        }
+    }
+}
+
 /* ---- locales ------------------------------------------------------------------------- */
 
 static bool has_comma(const char *name)
@@ -452,6 +488,8 @@ int main(void)
     RUN_TEST(test_format);
     RUN_TEST(test_format_exact);
     RUN_TEST(test_exact_by_chance);
+    RUN_TEST(test_format_by_chance);
+    RUN_TEST(test_format_edges);
     RUN_TEST(test_comma_locale);
     RUN_TEST(test_threads);
     return UNITY_END();
