@@ -19,6 +19,7 @@ WIDE_LIBS := -lmpfr -lgmp
 PKG_CFLAGS = $(shell pkg-config --cflags $(PACKAGES) $(WIRES))
 PKG_LIBS   = $(shell pkg-config --libs $(PACKAGES))
 WIRES_LIBS = $(shell pkg-config --libs $(WIRES))
+PICTURE_LIBS = $(shell pkg-config --libs libpng)
 
 core_c  := $(wildcard src/base/*.c src/optics/*.c src/colour/*.c src/match/*.c src/plan/*.c)
 db_c    := $(wildcard db/*.c)
@@ -29,7 +30,7 @@ wire_c  := $(patsubst %,src/station/%.c,protocol protocol_lines schema strict_js
 drivers_c := $(wildcard drivers/*.c drivers/*/*.c)
 # What a capture is, without the drivers that make one.
 capture_c := drivers/driver.c drivers/link/capture.c drivers/link/capture_read.c
-cli_c   := $(wildcard src/cli/*.c src/trial/*.c)
+cli_c   := $(wildcard src/cli/*.c src/cube/*.c src/trial/*.c)
 tests_c := $(wildcard tests/*/test_*.c)
 # A driver may bring its own, and what they need: simulators, whatever the programs share.
 own_tests_c := $(wildcard drivers/*/tests/test_*.c)
@@ -239,7 +240,7 @@ need-build:
 	@tools/need cmd:cc=gcc cmd:pkg-config=pkg-config file:/usr/include/argp.h=libc6-dev \
 	    lib:sqlite3=libsqlite3-dev lib:nettle=nettle-dev lib:libcjson=libcjson-dev \
 	    lib:libsystemd=libsystemd-dev lib:libserialport=libserialport-dev \
-	    lib:libusb-1.0=libusb-1.0-0-dev lib:libudev=libudev-dev
+	    lib:libusb-1.0=libusb-1.0-0-dev lib:libudev=libudev-dev lib:libpng=libpng-dev
 
 need-test: need-build $(unity)/unity.c
 	@tools/need cmd:python3=python3 cmd:spec2cie=argyll lib:mpfr=libmpfr-dev lib:umockdev-1.0=libumockdev-dev \
@@ -315,7 +316,7 @@ $(lib_so): $(core_o) src/libskinspec.map
 
 $(program): $(cli_o) $(wire_o) $(capture_o) $(json_o) $(db_o) $(lib_a)
 	@echo "  LD $@"
-	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) $(PICTURE_LIBS) -lm
 
 $(daemon): $(station_o) $(json_o) $(db_o) $(drivers_o) $(lib_a)
 	@echo "  LD $@"
@@ -346,7 +347,7 @@ $(BUILD)/tests/stability/test_stability: MOCKS_LIBS = $(lib_a) $(WIDE_LIBS)
 used_by_tests = $(call objects,$(support_c)) $(BUILD)/obj/unity.o \
         $(call not_main,$(cli_o) $(station_o)) $(json_o) $(db_o) $(drivers_o) $(lib_a)
 link_test = mkdir -p $(@D) && $(CC) $(ALL_CFLAGS) $(PRELOAD) $(LINK) $^ -o $@ \
-        $(PKG_LIBS) $(WIRES_LIBS) $(MOCKS_LIBS) -lm
+        $(PKG_LIBS) $(PICTURE_LIBS) $(WIRES_LIBS) $(MOCKS_LIBS) -lm
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(used_by_tests)
 	@$(link_test)
 $(BUILD)/tests/drivers/%: $(BUILD)/obj/drivers/%.o $(used_by_tests)
