@@ -278,9 +278,12 @@ $(BUILD)/obj/%.o: %.c $(BUILD)/flags | need-build
 	@echo "  CC $<"
 	@$(CC) $(ALL_CFLAGS) $(PKG_CFLAGS) -MMD -MP -c $< -o $@
 
-# Its loops become vectors only where a square root sets no errno and no trap is taken; and a few
-# zeros after a row are not worth a call of memset().
-$(call objects,src/optics/quick.c src/optics/shared_layers.c src/colour/colour_many.c src/colour/delta_e_many.c): private override EXTRA += -fno-math-errno -fno-trapping-math -fno-tree-loop-distribute-patterns
+# Loops become vectors only where a square root sets no errno and no trap is taken; and a few
+# zeros after a row are not worth a call of memset(), which clang never makes of them.
+vector_c := src/optics/quick.c src/optics/shared_layers.c src/colour/colour_many.c src/colour/delta_e_many.c
+vector_flags = -fno-math-errno -fno-trapping-math \
+               $(if $(findstring clang,$(shell $(CC) --version)),,-fno-tree-loop-distribute-patterns)
+$(call objects,$(vector_c)): private override EXTRA += $(vector_flags)
 
 # The protocol's description becomes part of the program.  It is ASCII: every byte is a char.
 $(BUILD)/gen/protocol_schema.c: src/station/protocol.schema.json
