@@ -1,8 +1,8 @@
 """run.py - the station's figures, each beside its bar.
 
-    BUILD=build python3 -B tests/bench/run.py [throughput] [latency] [drivers] [start] [inversion] [transport]
+    BUILD=build python3 -B tests/bench/run.py [SECTION ...]
 
-Without a name all of them.  BENCH_DIR is a folder on the disk to measure (in BUILD by
+Sections are those of SECTIONS below; without a name all of them.  BENCH_DIR is a folder on the disk to measure (in BUILD by
 default).  What is missing (redis, pip) is skipped with a message.  Every program runs
 alone and in turns with the others, and the median of the rounds counts; still, other work on
 the machine shows in the figures: "others" is the share of all cores that it took.
@@ -36,7 +36,7 @@ TABLE = os.path.join(services.BUILD, "tables", "table-two-layer.db")
 # The bars.
 SLOW_DISK_US = 300  # a bare fdatasync from here on: more is to be gained
 TIMES_BASELINE_SLOW, TIMES_BASELINE = 10, 4
-SHARE_OF_REDIS = 30
+SHARE_OF_REDIS = 50
 ADDED_MS = 2
 DRIVER_MS = 2
 STATUS_MS, MATCH_MS = 50, 500
@@ -135,6 +135,20 @@ def show_throughput():
 
 
 # ---- latency, start, rest -------------------------------------------------------------------
+
+
+def show_clients():
+    """How the rate grows with connections; each waits for its answer before it asks again."""
+    heading("matched and stored on disk, by connections")
+    lines = os.path.join(BENCH, "plain")
+    queries.write(lines, TABLE)
+    print(COLUMNS.format(*HEADINGS))
+    with services.Station(os.path.join(DISK, "clients"), lines) as station:
+        for connections in (1, 2, 4, 8, 16, 32, 48):
+            with machine.Others() as others:
+                result = station.rate(SECONDS / 2, connections)
+            show_rate(str(connections), [{**result, "others": others.percent}])
+        station.check()
 
 
 def show_latency():
@@ -238,6 +252,7 @@ def show_transport():
 
 SECTIONS = {
     "throughput": show_throughput,
+    "clients": show_clients,
     "latency": show_latency,
     "drivers": show_drivers,
     "start": show_start,

@@ -28,19 +28,9 @@ def _fresh(folder):
     os.makedirs(folder, 0o700)
 
 
-def _run_load(socket, queries, seconds):
+def _run_load(socket, queries, seconds, connections):
     done = subprocess.run(
-        [LOAD, socket, queries, str(seconds), str(CONNECTIONS)],
-        check=True,
-        stdout=subprocess.PIPE,
-        timeout=seconds + 60,
-    )
-    return json.loads(done.stdout)
-
-
-def _run_load(socket, queries, seconds):
-    done = subprocess.run(
-        [LOAD, socket, queries, str(seconds), str(CONNECTIONS)],
+        [LOAD, socket, queries, str(seconds), str(connections)],
         check=True,
         stdout=subprocess.PIPE,
         timeout=seconds + 60,
@@ -68,9 +58,9 @@ class Station:
         self.daemon.wait_for_instrument()
         return self
 
-    def rate(self, seconds):
+    def rate(self, seconds, connections=CONNECTIONS):
         begun = self.daemon.cpu_ticks()
-        result = _run_load(self.daemon.socket, self.queries, seconds)
+        result = _run_load(self.daemon.socket, self.queries, seconds, connections)
         result["cpu_us"] = (self.daemon.cpu_ticks() - begun) * 1e4 / result["answered"]
         result["group"] = self._group()
         self.answered += result["answered"]
@@ -102,7 +92,7 @@ class _Other:
     def __init__(self, folder):
         _fresh(folder)
         self.folder = folder
-        self.socket = os.path.join(tempfile.mkdtemp(prefix="sk.", dir="/tmp"), "s")
+        self.socket = os.path.join(_socket_folder(), "s")
         self.process = None
 
     def _start(self, *command):
@@ -144,7 +134,7 @@ class Baseline(_Other):
         return os.path.exists(self.socket)
 
     def rate(self, seconds):
-        result = _run_load(self.socket, self.queries, seconds)
+        result = _run_load(self.socket, self.queries, seconds, CONNECTIONS)
         self.answered += result["answered"]
         return result
 
