@@ -1,5 +1,5 @@
-/* table_build.c - rows computed a chunk at a time on all cores, inserted in order
- * in one transaction, hashed on the way. */
+/* table_build.c - rows computed a chunk at a time on all cores; the chunk before is hashed and
+ * inserted meanwhile. */
 #include "db/table_build.h"
 
 #include <errno.h>
@@ -12,12 +12,15 @@
 
 #include "base/log.h"
 #include "base/new_name.h"
+#include "base/parallel.h"
+#include "db/entry_rows.h"
 #include "db/sql.h"
 #include "db/table_file.h"
 #include "db/table_hash.h"
 #include "db/table_schema.h"
+#include "match/table_maker.h"
 
-enum { CHUNK_ROWS = 8192 };
+enum { CHUNK_ROWS = 8192, PIECE_ROWS = 256 };
 
 /* One thread has the connection: its mutexes would be a quarter of the work. */
 #define OPEN_FLAGS (SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX)
@@ -28,8 +31,8 @@ struct build {
     const struct table_build_options *options;
     char temporary[NEW_NAME_SIZE];
     sqlite3 *db;
-    sqlite3_stmt *insert, *insert_lab;
-    struct table chunk;
+    size_t rows;
+    struct entry_rows inserting; /* what entry_rows is in SQL */
     struct table_content_hash content;
 };
 
@@ -97,15 +100,16 @@ static enum status claim(struct build *b)
 }
 
 /* Journal and syncs off: until it is renamed the file may be lost, not half kept. */
-static const char open_sql[] = "PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF;"
-                               "PRAGMA locking_mode = EXCLUSIVE; BEGIN;";
+static const char open_sql[] =
+    "PRAGMA page_size = 4096; PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF;"
+    "PRAGMA locking_mode = EXCLUSIVE; BEGIN;";
 
-static enum status create_schema(struct build *b)
+static enum status open_database(struct build *b)
 {
     char header[96];
-    enum status s = sql_status(sqlite3_open_v2(b->temporary, &b->db, OPEN_FLAGS, NULL));
     snprintf(header, sizeof header, "PRAGMA application_id = %d; PRAGMA user_version = %d;",
              (int)TABLE_APPLICATION_ID, (int)TABLE_FORMAT);
+    enum status s = sql_status(sqlite3_open_v2(b->temporary, &b->db, OPEN_FLAGS, NULL));
     if (s == STATUS_OK)
         s = sql_run(b->db, open_sql);
     if (s == STATUS_OK)
@@ -114,55 +118,133 @@ static enum status create_schema(struct build *b)
         s = sql_run(b->db, table_schema_sql);
     if (s == STATUS_OK && b->options->rtree)
         s = sql_run(b->db, table_schema_rtree_sql);
+    return s == STATUS_OK ? entry_rows_register(b->db, &b->inserting) : s;
+}
+
+/* A closed file is whole: there is no journal. */
+static enum status close_database(struct build *b, enum status s)
+{
     if (s == STATUS_OK)
-        s = sql_prepare(b->db, "INSERT INTO entry VALUES (?,?,?,?,?,?,?,?,?,?,?)", &b->insert);
-    if (s == STATUS_OK && b->options->rtree)
-        s = sql_prepare(b->db, "INSERT INTO entry_lab VALUES (?1,?2,?2,?3,?3,?4,?4)",
-                        &b->insert_lab);
+        s = sql_run(b->db, "COMMIT");
+    if (s != STATUS_OK && s != STATUS_CANCELLED)
+        log_error("cannot write '%s': %s", b->path,
+                  sqlite3_errcode(b->db) != SQLITE_OK ? sql_reason(b->db) : status_text(s));
+    sqlite3_close(b->db);
+    b->db = NULL;
     return s;
 }
 
-static enum status insert_row(struct build *b, size_t i, size_t id)
+/* ---- rows -------------------------------------------------------------------------------- */
+
+struct chunk {
+    size_t first, n;
+    struct table table;
+};
+
+/* While one chunk is computed the one before is hashed and inserted: each is one piece of work,
+ * the others are rows by the hundred. */
+struct step {
+    struct build *b;
+    struct table_maker *maker;
+    sqlite3_stmt *insert;
+    struct chunk *now, *before; /* either may be NULL */
+};
+enum { INSERT_PIECE, HASH_PIECE, FIRST_ROWS_PIECE };
+
+/* On whatever thread, but one at a time has the connection. */
+static enum status insert_chunk(struct step *step)
 {
-    const struct table *t = &b->chunk;
-    unsigned char blob[4 * SPECTRUM_MAX_BANDS];
-    size_t bands = b->recipe->bands;
-    const double column[9] = { t->Cm[i], t->Bm[i],  t->Ch[i],    t->L[i],   t->a[i],
-                               t->b[i],  t->red[i], t->green[i], t->blue[i] };
-    sqlite3_bind_int64(b->insert, 1, (sqlite3_int64)id);
-    for (int c = 0; c < 9; c++)
-        sqlite3_bind_double(b->insert, c + 2, column[c]);
-    if (bands > 0) {
-        table_spectrum_to_blob(table_spectrum(t, i), bands, blob);
-        sqlite3_bind_blob(b->insert, 11, blob, (int)(4 * bands), SQLITE_STATIC);
+    const struct chunk *c = step->before;
+    step->b->inserting = (struct entry_rows){ &c->table, c->first, c->n };
+    return sql_step_done(step->insert);
+}
+
+static enum status hash_chunk(struct step *step)
+{
+    const struct chunk *c = step->before;
+    for (size_t i = 0; i < c->n; i++)
+        table_content_row(&step->b->content, &c->table, i, c->first + i + 1);
+    return STATUS_OK;
+}
+
+static enum status make_piece(size_t piece, unsigned worker, void *context)
+{
+    struct step *step = context;
+    if (piece == INSERT_PIECE)
+        return step->before != NULL ? insert_chunk(step) : STATUS_OK;
+    if (piece == HASH_PIECE)
+        return step->before != NULL ? hash_chunk(step) : STATUS_OK;
+    struct chunk *c = step->now;
+    size_t at = (piece - FIRST_ROWS_PIECE) * PIECE_ROWS, rest = c->n - at;
+    return table_maker_some(step->maker, worker, c->first + at,
+                            rest < PIECE_ROWS ? rest : PIECE_ROWS, &c->table, at);
+}
+
+/* All rows, by chunks, and a last step for what the last chunk leaves to do. */
+static enum status make_chunks(struct step *step, struct chunk chunk[2], size_t capacity)
+{
+    struct build *b = step->b;
+    enum status s = STATUS_OK;
+    step->before = NULL;
+    for (size_t first = 0, turn = 0; s == STATUS_OK && (first < b->rows || step->before != NULL);
+         turn++) {
+        struct chunk *c = &chunk[turn % 2];
+        size_t rest = b->rows - first, pieces = 0;
+        c->first = first;
+        c->n = rest < capacity ? rest : capacity;
+        step->now = c->n > 0 ? c : NULL;
+        if (step->now != NULL) {
+            if (!progress_go_on(&b->options->progress, first, b->rows))
+                return STATUS_CANCELLED;
+            pieces = (c->n + PIECE_ROWS - 1) / PIECE_ROWS;
+        }
+        s = parallel_run(FIRST_ROWS_PIECE + pieces, b->options->threads, make_piece, step);
+        step->before = step->now;
+        first += c->n;
     }
-    enum status s = sql_step_done(b->insert);
-    if (s == STATUS_OK && b->insert_lab != NULL) {
-        sqlite3_bind_int64(b->insert_lab, 1, (sqlite3_int64)id);
-        for (int c = 0; c < 3; c++)
-            sqlite3_bind_double(b->insert_lab, c + 2, column[3 + c]);
-        s = sql_step_done(b->insert_lab);
-    }
+    if (s == STATUS_OK && !progress_go_on(&b->options->progress, b->rows, b->rows))
+        s = STATUS_CANCELLED;
     return s;
 }
 
 static enum status insert_rows(struct build *b)
 {
-    size_t total = grid_rows(&b->recipe->grid);
-    size_t capacity = total < CHUNK_ROWS ? total : CHUNK_ROWS;
-    enum status s = table_init(b->recipe, capacity, &b->chunk);
-    for (size_t first = 0; first < total && s == STATUS_OK; first += capacity) {
-        size_t count = total - first < capacity ? total - first : capacity;
-        if (!progress_go_on(&b->options->progress, first, total))
-            return STATUS_CANCELLED;
-        s = table_compute(&b->chunk, first, count, b->options->threads);
-        for (size_t i = 0; i < count && s == STATUS_OK; i++) {
-            table_content_row(&b->content, &b->chunk, i, first + i + 1);
-            s = insert_row(b, i, first + i + 1);
-        }
-    }
-    if (s == STATUS_OK && !progress_go_on(&b->options->progress, total, total))
+    static const char insert[] = "INSERT INTO entry SELECT * FROM entry_rows";
+    struct chunk chunk[2] = { 0 };
+    struct step step = { .b = b };
+    size_t capacity = b->rows < CHUNK_ROWS ? b->rows : CHUNK_ROWS;
+    enum status s = table_maker_open(b->recipe, b->options->threads, &step.maker);
+    for (int i = 0; i < 2 && s == STATUS_OK; i++)
+        s = table_init(b->recipe, capacity, &chunk[i].table);
+    if (s == STATUS_OK)
+        s = sql_prepare(b->db, insert, &step.insert);
+    if (s == STATUS_OK)
+        s = make_chunks(&step, chunk, capacity);
+    sqlite3_finalize(step.insert);
+    for (int i = 0; i < 2; i++)
+        table_done(&chunk[i].table);
+    table_maker_close(step.maker);
+    return s;
+}
+
+/* ---- what comes after the rows ----------------------------------------------------------- */
+
+/* From time to time while SQLite makes an R*Tree; not 0 stops it. */
+static int asked_to_stop(void *context)
+{
+    const struct build *b = context;
+    return progress_go_on(&b->options->progress, b->rows, b->rows) ? 0 : 1;
+}
+
+static enum status insert_rtree(struct build *b)
+{
+    enum { STEPS = 1000000 };
+    static const char insert[] = "INSERT INTO entry_lab SELECT id, l, l, a, a, b, b FROM entry";
+    sqlite3_progress_handler(b->db, STEPS, asked_to_stop, b);
+    enum status s = sql_run(b->db, insert);
+    if (s != STATUS_OK && sqlite3_errcode(b->db) == SQLITE_INTERRUPT)
         s = STATUS_CANCELLED;
+    sqlite3_progress_handler(b->db, 0, NULL, NULL);
     return s;
 }
 
@@ -195,25 +277,14 @@ static enum status write_database(struct build *b)
     struct table_meta meta;
     table_meta_of(b->recipe, &meta);
     table_content_begin(&b->content, &meta);
-    enum status s = create_schema(b);
+    enum status s = open_database(b);
     if (s == STATUS_OK)
         s = insert_rows(b);
+    if (s == STATUS_OK && b->options->rtree)
+        s = insert_rtree(b);
     if (s == STATUS_OK)
         s = insert_meta(b, &meta);
-    if (s == STATUS_OK)
-        s = sql_run(b->db, "COMMIT");
-    if (s != STATUS_OK && s != STATUS_CANCELLED)
-        log_error("cannot write '%s': %s", b->path,
-                  sqlite3_errcode(b->db) != SQLITE_OK ? sql_reason(b->db) : status_text(s));
-    return s;
-}
-
-static void close_database(struct build *b)
-{
-    sqlite3_finalize(b->insert);
-    sqlite3_finalize(b->insert_lab);
-    sqlite3_close(b->db);
-    table_done(&b->chunk);
+    return close_database(b, s);
 }
 
 static void sync_folder(const char *path)
@@ -262,11 +333,10 @@ enum status table_build(const char *path, const struct recipe *recipe,
         log_error("cannot build '%s': %s", path, status_text(s));
         return s;
     }
+    b.rows = grid_rows(&recipe->grid);
     s = claim(&b);
-    if (s == STATUS_OK) {
+    if (s == STATUS_OK)
         s = write_database(&b);
-        close_database(&b);
-    }
     if (s == STATUS_OK)
         s = seal_and_name(&b);
     if (s != STATUS_OK && b.temporary[0] != '\0')

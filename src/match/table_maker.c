@@ -180,8 +180,8 @@ static enum status plain_row(struct workspace *w, size_t row, struct table *t, s
     return s;
 }
 
-/* Rows first+at .. first+end-1 of the recipe into rows at .. end-1. */
-static enum status shared_piece(const struct shared_rows *s, struct workspace *w, size_t first,
+/* Rows from `row` of the recipe on into rows at .. end-1. */
+static enum status shared_piece(const struct shared_rows *s, struct workspace *w, size_t row,
                                 size_t at, size_t end, struct table *t)
 {
     struct block block = { at, 0 };
@@ -190,7 +190,7 @@ static enum status shared_piece(const struct shared_rows *s, struct workspace *w
     enum status status = STATUS_OK;
     bool within = false;
     while (at < end && status == STATUS_OK) {
-        struct grid_place place = grid_place(&s->grid, first + at);
+        struct grid_place place = grid_place(&s->grid, row);
         if (place.Cm != now.Cm || place.Bm != now.Bm)
             within = shared_epidermis(&s->layers, s->Cm[place.Cm], s->Bm[place.Bm], w->epidermis);
         now = place;
@@ -202,12 +202,13 @@ static enum status shared_piece(const struct shared_rows *s, struct workspace *w
                                w->R + block.n * stride);
             put_parameters(s, t, at, place, n);
             block.n += n;
+            row += n;
             at += n;
         }
         if (n == 0 || block.n == ROWS_PER_BLOCK)
             flush(s, w, t, &block);
         if (n == 0) {
-            status = plain_row(w, first + at, t, at);
+            status = plain_row(w, row++, t, at);
             block.begin = ++at;
         }
     }
@@ -224,16 +225,9 @@ struct computation {
 static enum status compute_piece(size_t piece, unsigned worker, void *context)
 {
     struct computation *c = context;
-    struct workspace *w = &c->maker->workspace[worker];
-    size_t begin = piece * ROWS_PER_PIECE, end = begin + ROWS_PER_PIECE;
-    if (end > c->count)
-        end = c->count;
-    if (c->maker->shared != NULL)
-        return shared_piece(c->maker->shared, w, c->first, begin, end, c->table);
-    enum status s = STATUS_OK;
-    for (size_t i = begin; i < end && s == STATUS_OK; i++)
-        s = plain_row(w, c->first + i, c->table, i);
-    return s;
+    size_t at = piece * ROWS_PER_PIECE, rest = c->count - at;
+    return table_maker_some(c->maker, worker, c->first + at,
+                            rest < ROWS_PER_PIECE ? rest : ROWS_PER_PIECE, c->table, at);
 }
 
 /* ---- the contract ------------------------------------------------------------------------ */
@@ -289,4 +283,16 @@ enum status table_maker_rows(struct table_maker *maker, size_t first, size_t cou
     struct computation c = { maker, table, first, count };
     size_t pieces = (count + ROWS_PER_PIECE - 1) / ROWS_PER_PIECE;
     return parallel_run(pieces, maker->threads, compute_piece, &c);
+}
+
+enum status table_maker_some(struct table_maker *maker, unsigned worker, size_t first, size_t n,
+                             struct table *table, size_t at)
+{
+    struct workspace *w = &maker->workspace[worker];
+    if (maker->shared != NULL)
+        return shared_piece(maker->shared, w, first, at, at + n, table);
+    enum status s = STATUS_OK;
+    for (size_t i = 0; i < n && s == STATUS_OK; i++)
+        s = plain_row(w, first + i, table, at + i);
+    return s;
 }

@@ -23,4 +23,9 @@ void table_maker_close(struct table_maker *maker); /* takes NULL */
 enum status table_maker_rows(struct table_maker *maker, size_t first, size_t count,
                              struct table *table);
 
+/* Of these, n rows from first on into rows at .. at+n-1, on the calling thread; worker, below
+ * `threads`, is one that no other thread uses meanwhile. */
+enum status table_maker_some(struct table_maker *maker, unsigned worker, size_t first, size_t n,
+                             struct table *table, size_t at);
+
 #endif
