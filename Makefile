@@ -164,6 +164,14 @@ $(BUILD)/bench/transport: $(call objects,tests/bench/transport.c tests/support/d
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
 
+# Ours beside nanoflann, which is C++.
+$(BUILD)/obj/tests/bench/peers/nanoflann.o: tests/bench/peers/nanoflann.cpp tests/bench/peers/nanoflann.h
+	@mkdir -p $(@D)
+	@$(CXX) -std=c++11 -O3 -march=native -I. -c $< -o $@
+$(BUILD)/bench/search: $(BUILD)/obj/tests/bench/search.o $(BUILD)/obj/tests/bench/peers/nanoflann.o $(lib_a)
+	@mkdir -p $(@D)
+	@$(CXX) $(filter-out -std=%,$(CFLAGS)) -pthread $^ -o $@ -lm
+
 # Drivers and the simulators in one program.
 $(BUILD)/bench/drivers: $(BUILD)/obj/tests/bench/drivers.o \
         $(call objects,$(sims_c) tests/sim/wire_memory.c tests/support/ocean_bench.c) $(drivers_o) $(lib_a)

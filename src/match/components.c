@@ -10,10 +10,14 @@
 
 enum { SAMPLE_ROWS = 1024, ITERATIONS = 6 };
 
+/* Bands are padded with zeros to whole blocks, which loops over them then are made of. */
+enum { BLOCK = 8, MAX_PADDED = (SPECTRUM_MAX_BANDS + BLOCK - 1) / BLOCK * BLOCK };
+
 struct components {
-    size_t bands;
-    double *direction[COMPONENTS]; /* [bands] each, orthonormal or all 0 */
-    double mean[];                 /* [bands], then the directions */
+    size_t bands, padded;
+    double *direction[COMPONENTS];     /* [padded] each, orthonormal or all 0 */
+    double (*across)[COMPONENTS_DIMS]; /* [padded]: the same by bands, and a 0 */
+    double mean[];                     /* [padded], then the directions, then across */
 };
 
 static double dot(size_t n, const double *x, const double *y)
@@ -90,15 +94,17 @@ static void iterate(struct components *c, size_t rows, const double *sample, dou
             add_scaled(c->bands, dot(c->bands, x, c->direction[which]), x,
                        product + which * c->bands);
     }
-    memcpy(c->direction[0], product, COMPONENTS * c->bands * sizeof *product);
+    for (size_t which = 0; which < COMPONENTS; which++)
+        memcpy(c->direction[which], product + which * c->bands, c->bands * sizeof *product);
     make_orthonormal(c);
 }
 
 enum status components_open(const struct table *table, struct components **ret)
 {
     size_t bands = table->recipe.bands, rows = table->n < SAMPLE_ROWS ? table->n : SAMPLE_ROWS;
+    size_t padded = (bands + BLOCK - 1) / BLOCK * BLOCK, across = (1 + COMPONENTS) * padded;
     struct components *c =
-        calloc(1, sizeof *c + (size_t)(1 + COMPONENTS) * bands * sizeof *c->mean);
+        calloc(1, sizeof *c + (across + COMPONENTS_DIMS * padded) * sizeof *c->mean);
     double *scratch = calloc((rows + COMPONENTS) * bands, sizeof *scratch);
     if (c == NULL || scratch == NULL) {
         free(scratch);
@@ -106,13 +112,18 @@ enum status components_open(const struct table *table, struct components **ret)
         return STATUS_NO_MEMORY;
     }
     c->bands = bands;
+    c->padded = padded;
     for (size_t which = 0; which < COMPONENTS; which++)
-        c->direction[which] = c->mean + (1 + which) * bands;
+        c->direction[which] = c->mean + (1 + which) * padded;
+    c->across = (double(*)[COMPONENTS_DIMS])(c->mean + across);
     take_sample(c, table, rows, scratch);
     begin_with_waves(c);
     for (int i = 0; i < ITERATIONS; i++)
         iterate(c, rows, scratch, scratch + rows * bands);
     free(scratch);
+    for (size_t i = 0; i < bands; i++)
+        for (size_t which = 0; which < COMPONENTS; which++)
+            c->across[i][which] = c->direction[which][i];
     *ret = c;
     return STATUS_OK;
 }
@@ -122,24 +133,51 @@ void components_close(struct components *components)
     free(components);
 }
 
+/* Eight sums side by side; n whole blocks. */
+static double square_of(size_t n, const double *x)
+{
+    double part[BLOCK] = { 0.0 };
+    for (size_t at = 0; at < n; at += BLOCK)
+        for (size_t i = 0; i < BLOCK; i++)
+            part[i] += x[at + i] * x[at + i];
+    return ((part[0] + part[1]) + (part[2] + part[3])) +
+           ((part[4] + part[5]) + (part[6] + part[7]));
+}
+
+/* rest: [padded], the spectrum less the mean; what is left of it afterwards. */
+static void take_point(const struct components *c, double *restrict rest,
+                       double point[COMPONENTS_DIMS])
+{
+    double sum[COMPONENTS_DIMS] = { 0.0 };
+    for (size_t i = 0; i < c->bands; i++)
+        for (size_t which = 0; which < COMPONENTS_DIMS; which++)
+            sum[which] += rest[i] * c->across[i][which];
+    for (size_t which = 0; which < COMPONENTS; which++) {
+        const double *restrict direction = c->direction[which];
+        for (size_t at = 0; at < c->padded; at += BLOCK)
+            for (size_t i = 0; i < BLOCK; i++)
+                rest[at + i] -= sum[which] * direction[at + i];
+    }
+    memcpy(point, sum, sizeof sum);
+    point[COMPONENTS] = sqrt(square_of(c->padded, rest));
+}
+
 void components_point(const struct components *c, const double *value,
                       double point[COMPONENTS_DIMS])
 {
-    double rest[SPECTRUM_MAX_BANDS];
+    double rest[MAX_PADDED];
+    memset(rest + c->bands, 0, (c->padded - c->bands) * sizeof *rest);
     for (size_t i = 0; i < c->bands; i++)
         rest[i] = value[i] - c->mean[i];
-    for (size_t which = 0; which < COMPONENTS; which++)
-        point[which] = dot(c->bands, c->direction[which], rest);
-    for (size_t which = 0; which < COMPONENTS; which++)
-        add_scaled(c->bands, -point[which], c->direction[which], rest);
-    point[COMPONENTS] = sqrt(dot(c->bands, rest, rest));
+    take_point(c, rest, point);
 }
 
 void components_row_point(const struct components *c, const float *value,
                           double point[COMPONENTS_DIMS])
 {
-    double wide[SPECTRUM_MAX_BANDS];
+    double rest[MAX_PADDED];
+    memset(rest + c->bands, 0, (c->padded - c->bands) * sizeof *rest);
     for (size_t i = 0; i < c->bands; i++)
-        wide[i] = (double)value[i];
-    components_point(c, wide, point);
+        rest[i] = (double)value[i] - c->mean[i];
+    take_point(c, rest, point);
 }

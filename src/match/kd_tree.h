@@ -23,6 +23,7 @@ typedef void kd_tree_point(void *context, size_t row, double *point);
  * outlive the tree. */
 struct kd_tree_rows {
     size_t n, dims;
+    unsigned threads; /* at most so many make it, at least 1; point() is called by all of them */
     kd_tree_point *point;
     void *context;
     const double *field[KD_TREE_FIELDS];

@@ -12,12 +12,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/parallel.h"
 #include "colour/delta_e.h"
 #include "colour/srgb.h"
 #include "match/best.h"
 #include "match/components.h"
 #include "match/kd_tree.h"
 #include "match/overlap.h"
+
+/* An index of fewer rows is made sooner than threads are. */
+enum { ROWS_FOR_ONE = 20000 };
 
 struct nearest {
     const struct table *table;
@@ -111,6 +115,7 @@ static enum status prepare_tree(struct nearest *nearest)
     const struct table *t = nearest->table;
     const struct kd_tree_rows rows = {
         .n = t->n,
+        .threads = t->n < ROWS_FOR_ONE ? 1 : parallel_cores(),
         .dims = spectra ? COMPONENTS_DIMS : 3,
         .point = spectra ? spectrum_point : colour_point,
         .context = nearest,

@@ -2,13 +2,11 @@
 #include "match/table.h"
 
 #include <stdbool.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/huge_pages.h"
 #include "match/table_maker.h"
-
-enum { ALIGNMENT = 64 };
 
 /* All double columns in one block, so that there is one thing to free. */
 enum { DOUBLE_COLUMNS = 9 };
@@ -16,14 +14,6 @@ enum { DOUBLE_COLUMNS = 9 };
 static size_t rounded_up(size_t n)
 {
     return (n + TABLE_BLOCK - 1) / TABLE_BLOCK * TABLE_BLOCK;
-}
-
-static void *aligned(size_t count, size_t size)
-{
-    if (count > SIZE_MAX / 2 / size)
-        return NULL;
-    size_t bytes = (count * size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
-    return aligned_alloc(ALIGNMENT, bytes);
 }
 
 static enum status init(const struct recipe *recipe, size_t n, bool spectra, struct table *ret)
@@ -35,14 +25,14 @@ static enum status init(const struct recipe *recipe, size_t n, bool spectra, str
     size_t column_length = rounded_up(n);
     double **column[DOUBLE_COLUMNS] = { &table.Cm, &table.Bm,  &table.Ch,    &table.L,   &table.a,
                                         &table.b,  &table.red, &table.green, &table.blue };
-    double *block = aligned(column_length * DOUBLE_COLUMNS, sizeof *block);
+    double *block = huge_pages_alloc(column_length * DOUBLE_COLUMNS, sizeof *block);
     if (block == NULL)
         return STATUS_NO_MEMORY;
     for (size_t i = 0; i < DOUBLE_COLUMNS; i++)
         *column[i] = block + i * column_length;
     if (spectra) {
         table.stride = rounded_up(recipe->bands);
-        table.spectrum = aligned(n * table.stride, sizeof *table.spectrum);
+        table.spectrum = huge_pages_alloc(n * table.stride, sizeof *table.spectrum);
         if (table.spectrum == NULL) {
             free(block);
             return STATUS_NO_MEMORY;

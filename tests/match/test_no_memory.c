@@ -3,6 +3,7 @@
  *
  * The sources are compiled into this test with an allocator that fails on
  * request; their objects in the library are then not linked. */
+#define _DEFAULT_SOURCE 1 /* as base/huge_pages.c, which is compiled in */
 #include <stdlib.h>
 #include <string.h>
 
@@ -29,7 +30,9 @@ static void *test_aligned_alloc(size_t alignment, size_t size)
 
 #define calloc test_calloc
 #define aligned_alloc test_aligned_alloc
+#include "base/huge_pages.c"
 #include "match/components.c"
+#include "match/kd_make.c"
 #include "match/kd_tree.c"
 #include "match/match.c"
 #include "match/nearest.c"
@@ -96,13 +99,14 @@ static void test_recipe_check(void)
 }
 
 /* expect: the search itself, what its kind prepares (codes: 1, lightness: 2, components: 2,
- * a tree: its head, rows, levels, fields and points), and the weights of the table's bands. */
+ * a tree: its head, a builder, rows, levels, fields and points), and the weights of the table's
+ * bands. */
 static const struct open_case {
     enum match_by by;
     int enough;
 } open_cases[] = {
-    { MATCH_LAB, 1 + 5 + 1 },     { MATCH_SPECTRUM, 1 + 2 + 5 + 1 },
-    { MATCH_RGB, 1 + 1 + 5 + 1 }, { MATCH_RGB_FLOAT, 1 + 1 + 5 + 1 },
+    { MATCH_LAB, 1 + 6 + 1 },     { MATCH_SPECTRUM, 1 + 2 + 6 + 1 },
+    { MATCH_RGB, 1 + 1 + 6 + 1 }, { MATCH_RGB_FLOAT, 1 + 1 + 6 + 1 },
     { MATCH_DE2000, 1 + 2 + 1 },
 };
 
@@ -125,8 +129,8 @@ static void test_open(void)
 /* A table whose bytes are more than a size can say. */
 static void test_sizes_that_overflow(void)
 {
-    TEST_ASSERT_NULL(aligned(SIZE_MAX / 4, 8));
-    TEST_ASSERT_NULL(aligned(SIZE_MAX, 1));
+    TEST_ASSERT_NULL(huge_pages_alloc(SIZE_MAX / 4, 8));
+    TEST_ASSERT_NULL(huge_pages_alloc(SIZE_MAX, 1));
 }
 
 int main(void)

@@ -1,0 +1,253 @@
+/* search.c - exact nearest rows of a large table: ours beside nanoflann, in one program by turns.
+ *
+ *     search ROWS [FOLDER]
+ *
+ * ROWS is a cube (100 for 1 000 000): two-layer skins, Cm and Ch evenly in the logarithm.  Two
+ * sorts of queries: `near` a row (dE*ab 0.5 to 1, or spectra with noise of 0.002) and `off` the
+ * surface (dE*ab 3 to 10, or smoothly by 0.02 to 0.05 rms), as real skin is.  Nanoseconds a
+ * query of CPU time, the median of the rounds, one thread.  With FOLDER the spectra and queries are
+ * left there as floats, for peers that are other programs. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "base/parallel.h"
+#include "match/nearest.h"
+#include "tests/bench/peers/nanoflann.h"
+#include "tests/support/dice.h"
+
+enum { QUERIES = 20000, ROUNDS = 7 };
+
+static double now_s(clockid_t clock)
+{
+    struct timespec t;
+    clock_gettime(clock, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static int compare(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static double median(double *value, size_t n)
+{
+    qsort(value, n, sizeof *value, compare);
+    return value[n / 2];
+}
+
+static _Noreturn void fail(const char *what)
+{
+    fprintf(stderr, "search: %s\n", what);
+    exit(2);
+}
+
+/* ---- table and queries ------------------------------------------------------------------ */
+
+static void make_table(size_t side, struct table *ret)
+{
+    struct recipe recipe = recipe_default(model_find("two-layer"));
+    recipe.grid = (struct grid){ { 0.001, 0.5, side, true },
+                                 { 0, 1, side, false },
+                                 { 0.001, 0.1, side, true } };
+    double start = now_s(CLOCK_MONOTONIC);
+    if (table_init(&recipe, grid_rows(&recipe.grid), ret) != STATUS_OK ||
+        table_compute(ret, 0, ret->n, parallel_cores()) != STATUS_OK)
+        fail("no memory for so many rows");
+    printf("%zu rows computed in %.1f s\n", ret->n, now_s(CLOCK_MONOTONIC) - start);
+}
+
+struct queries {
+    const char *what;
+    struct nearest_query query[QUERIES];
+    struct spectrum spectrum[QUERIES];
+};
+
+/* Lab a length of low .. high away from a row, in any direction. */
+static void move_Lab(struct dice *dice, double low, double high, double Lab[3])
+{
+    double way[3], square = 0.0, length = dice_between(dice, low, high);
+    do {
+        square = 0.0;
+        for (int i = 0; i < 3; i++) {
+            way[i] = dice_between(dice, -1.0, 1.0);
+            square += way[i] * way[i];
+        }
+    } while (square > 1.0 || square < 1e-4);
+    for (int i = 0; i < 3; i++)
+        Lab[i] += length * way[i] / sqrt(square);
+}
+
+static void make_queries(const struct table *t, bool off, struct queries *ret)
+{
+    struct dice dice = { off ? 5u : 3u };
+    ret->what = off ? "off" : "near";
+    for (size_t q = 0; q < QUERIES; q++) {
+        size_t row = dice_below(&dice, t->n);
+        struct spectrum *s = &ret->spectrum[q];
+        double phase[3], rms = off ? dice_between(&dice, 0.02, 0.05) : 0.0;
+        ret->query[q] = (struct nearest_query){ .has_colour = true,
+                                                .Lab = { t->L[row], t->a[row], t->b[row] },
+                                                .spectrum = s };
+        move_Lab(&dice, off ? 3.0 : 0.5, off ? 10.0 : 1.0, ret->query[q].Lab);
+        *s = (struct spectrum){ .first_nm = 400, .step_nm = 10, .n = t->recipe.bands };
+        for (int i = 0; i < 3; i++)
+            phase[i] = dice_between(&dice, 0.0, 6.28);
+        for (size_t band = 0; band < s->n; band++) {
+            double wave = 0.0;
+            for (int i = 0; i < 3; i++)
+                wave += sin(phase[i] + 0.1 * (i + 1) * (double)band);
+            s->value[band] = (double)table_spectrum(t, row)[band] + rms * wave * sqrt(2.0 / 3.0) +
+                             dice_between(&dice, -0.002, 0.002);
+        }
+    }
+}
+
+/* ---- searches --------------------------------------------------------------------------- */
+
+static void time_ours(const struct nearest *nearest, const struct queries *q, size_t k,
+                      double *took, double *rows, double *judged)
+{
+    struct nearest_hit hits[16];
+    struct nearest_work work = { 0 };
+    size_t found;
+    double start = now_s(CLOCK_THREAD_CPUTIME_ID);
+    for (size_t i = 0; i < QUERIES; i++)
+        if (nearest_find(nearest, &q->query[i], k, hits, &found) != STATUS_OK)
+            fail("no answer");
+    *took = 1e9 * (now_s(CLOCK_THREAD_CPUTIME_ID) - start) / QUERIES;
+    for (size_t i = 0; i < QUERIES; i++) {
+        struct nearest_query counted = q->query[i];
+        counted.work = &work;
+        (void)nearest_find(nearest, &counted, k, hits, &found);
+    }
+    *rows = (double)work.rows / QUERIES;
+    *judged = (double)work.judged / QUERIES;
+}
+
+static double time_peer(const struct peer_tree *tree, const struct queries *q, uint32_t *row)
+{
+    double start = now_s(CLOCK_THREAD_CPUTIME_ID);
+    for (size_t i = 0; i < QUERIES; i++) {
+        const double *Lab = q->query[i].Lab;
+        row[i] = peer_tree_find(tree, (float[3]){ (float)Lab[0], (float)Lab[1], (float)Lab[2] });
+    }
+    return 1e9 * (now_s(CLOCK_THREAD_CPUTIME_ID) - start) / QUERIES;
+}
+
+static struct nearest *open_ours(const struct table *t, enum match_by by)
+{
+    struct nearest *nearest;
+    double start = now_s(CLOCK_MONOTONIC);
+    if (nearest_open(t, by, &nearest) != STATUS_OK)
+        fail("no memory for an index");
+    printf("index by %s made in %.2f s\n", match_by_name(by), now_s(CLOCK_MONOTONIC) - start);
+    return nearest;
+}
+
+static void show_ours(const struct table *t, enum match_by by, const struct queries *q)
+{
+    struct nearest *nearest = open_ours(t, by);
+    for (int sort = 0; sort < 2; sort++)
+        for (size_t k = 1; k <= 5; k += 4) {
+            double took[ROUNDS], rows, judged;
+            for (int round = 0; round < ROUNDS; round++)
+                time_ours(nearest, &q[sort], k, &took[round], &rows, &judged);
+            printf("%-10s %-5s k=%zu %9.0f ns  %7.1f rows %7.1f judged\n", match_by_name(by),
+                   q[sort].what, k, median(took, ROUNDS), rows, judged);
+        }
+    nearest_close(nearest);
+}
+
+/* Leaves of 10, 16 and 32 points; its best counts. */
+static void show_beside_peer(const struct table *t, const struct queries *q)
+{
+    static const size_t leaf[] = { 10, 16, 32 };
+    enum { LEAVES = 3 };
+    static uint32_t row[QUERIES];
+    struct nearest *nearest = open_ours(t, MATCH_LAB);
+    float *point = calloc(t->n, 3 * sizeof *point);
+    struct peer_tree *tree[LEAVES];
+    if (point == NULL)
+        fail("no memory");
+    for (size_t i = 0; i < t->n; i++) {
+        point[3 * i] = (float)t->L[i];
+        point[3 * i + 1] = (float)t->a[i];
+        point[3 * i + 2] = (float)t->b[i];
+    }
+    for (int i = 0; i < LEAVES; i++) {
+        double start = now_s(CLOCK_MONOTONIC);
+        tree[i] = peer_tree_open(t->n, point, leaf[i]);
+        printf("nanoflann, leaf %zu, made in %.2f s\n", leaf[i], now_s(CLOCK_MONOTONIC) - start);
+    }
+    for (int sort = 0; sort < 2; sort++) {
+        double ours[ROUNDS], peer[LEAVES][ROUNDS], rows, judged, best = INFINITY;
+        for (int round = 0; round < ROUNDS; round++) {
+            time_ours(nearest, &q[sort], 1, &ours[round], &rows, &judged);
+            for (int i = 0; i < LEAVES; i++)
+                peer[i][round] = time_peer(tree[i], &q[sort], row);
+        }
+        double own = median(ours, ROUNDS);
+        for (int i = 0; i < LEAVES; i++)
+            best = fmin(best, median(peer[i], ROUNDS));
+        printf("lab        %-5s k=1 %9.0f ns  nanoflann %9.0f ns  ratio %.2f\n", q[sort].what, own,
+               best, best / own);
+    }
+    for (int i = 0; i < LEAVES; i++)
+        peer_tree_close(tree[i]);
+    free(point);
+    nearest_close(nearest);
+}
+
+/* ---- for other programs ----------------------------------------------------------------- */
+
+static void leave(const char *folder, const char *name, size_t n, size_t stride, size_t bands,
+                  const float *value)
+{
+    char path[4096];
+    snprintf(path, sizeof path, "%s/%s.f32", folder, name);
+    FILE *f = fopen(path, "wb");
+    if (f == NULL)
+        fail("cannot write into the folder");
+    for (size_t i = 0; i < n; i++)
+        if (fwrite(value + i * stride, sizeof *value, bands, f) != bands)
+            fail("cannot write into the folder");
+    if (fclose(f) != 0)
+        fail("cannot write into the folder");
+}
+
+static void leave_queries(const char *folder, const struct queries *q)
+{
+    static float value[QUERIES][SPECTRUM_MAX_BANDS];
+    for (size_t i = 0; i < QUERIES; i++)
+        for (size_t band = 0; band < q->spectrum[i].n; band++)
+            value[i][band] = (float)q->spectrum[i].value[band];
+    leave(folder, q->what, QUERIES, SPECTRUM_MAX_BANDS, q->spectrum[0].n, value[0]);
+}
+
+int main(int argc, char **argv)
+{
+    static struct queries q[2];
+    struct table table;
+    size_t side = argc > 1 ? strtoul(argv[1], NULL, 10) : 0;
+    if (side < 2 || side > 400)
+        fail("say how many values an axis has: 100 for a million rows");
+    make_table(side, &table);
+    for (int sort = 0; sort < 2; sort++)
+        make_queries(&table, sort == 1, &q[sort]);
+    if (argc > 2) {
+        leave(argv[2], "rows", table.n, table.stride, table.recipe.bands, table.spectrum);
+        leave_queries(argv[2], &q[0]);
+        leave_queries(argv[2], &q[1]);
+    }
+    if (getenv("NO_PEER") == NULL)
+        show_beside_peer(&table, q);
+    if (getenv("NO_PEER") == NULL)
+        show_ours(&table, MATCH_LAB, q);
+    show_ours(&table, MATCH_SPECTRUM, q);
+    table_done(&table);
+    return 0;
+}
