@@ -49,7 +49,7 @@ accuracy_c := $(wildcard tests/accuracy/*.c)
 accuracy_data = $(patsubst %,$(BUILD)/accuracy/%.csv,white-half-space white-two-layer coverage-half-space coverage-two-layer \
            placement-half-space placement-two-layer true-half-space true-two-layer SO2-two-layer thin-two-layer \
            thick-two-layer dermis-two-layer)
-bench_c := $(wildcard tests/bench/*.c tests/match/bench.c tests/store/bench.c)
+bench_c := $(wildcard tests/search/*.c tests/bench/*.c tests/match/bench.c tests/store/bench.c)
 new_driver := $(wildcard tests/new_driver/drivers/*/*.[ch] tests/new_driver/drivers/*/tests/*.[ch])
 all_h   := $(wildcard src/*.h src/*/*.h db/*.h drivers/*.h drivers/*/*.h drivers/*/tests/*.h tests/*/*.h tests/*/*/*.h)
 public_h := $(shell sed -n 's/^.include "\(.*\)".*/\1/p' src/skinspec.h)
@@ -168,7 +168,7 @@ $(BUILD)/bench/transport: $(call objects,tests/bench/transport.c tests/support/d
 $(BUILD)/obj/tests/bench/peers/nanoflann.o: tests/bench/peers/nanoflann.cpp tests/bench/peers/nanoflann.h
 	@mkdir -p $(@D)
 	@$(CXX) -std=c++11 -O3 -march=native -I. -c $< -o $@
-$(BUILD)/bench/search: $(BUILD)/obj/tests/bench/search.o $(BUILD)/obj/tests/bench/peers/nanoflann.o $(lib_a)
+$(BUILD)/bench/search: $(call objects,tests/bench/search.c tests/support/skin_queries.c) $(BUILD)/obj/tests/bench/peers/nanoflann.o $(lib_a)
 	@mkdir -p $(@D)
 	@$(CXX) $(filter-out -std=%,$(CFLAGS)) -pthread $^ -o $@ -lm
 
@@ -181,6 +181,13 @@ $(BUILD)/bench/drivers: $(BUILD)/obj/tests/bench/drivers.o \
 # Costs compiled in are of the same run as the page.
 error-vs-time: $(program) ## docs/error-vs-time.md, its picture, and the costs that plans are made by: this machine's (4 minutes)
 	@$(program) bench --force --markdown docs/error-vs-time.md --svg docs/error-vs-time.svg --c-source src/plan/costs_default.c
+
+search: $(BUILD)/search/search ## nearest rows of tables up to a million against brute force, 20 000 queries each (2 minutes)
+	@$<
+
+$(BUILD)/search/search: $(call objects,tests/search/main.c tests/support/brute.c tests/support/textbook.c tests/support/skin_queries.c) $(lib_a)
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
 
 stability: need-stability $(BUILD)/stability/stability ## every function of optics, colour and match over extreme inputs, against MPFR
 	@$(BUILD)/stability/stability

@@ -13,10 +13,9 @@
 #include <string.h>
 #include <time.h>
 
-#include "base/parallel.h"
 #include "match/nearest.h"
 #include "tests/bench/peers/nanoflann.h"
-#include "tests/support/dice.h"
+#include "tests/support/skin_queries.h"
 
 enum { QUERIES = 20000, ROUNDS = 7 };
 
@@ -49,62 +48,16 @@ static _Noreturn void fail(const char *what)
 
 static void make_table(size_t side, struct table *ret)
 {
-    struct recipe recipe = recipe_default(model_find("two-layer"));
-    recipe.grid = (struct grid){ { 0.001, 0.5, side, true },
-                                 { 0, 1, side, false },
-                                 { 0.001, 0.1, side, true } };
     double start = now_s(CLOCK_MONOTONIC);
-    if (table_init(&recipe, grid_rows(&recipe.grid), ret) != STATUS_OK ||
-        table_compute(ret, 0, ret->n, parallel_cores()) != STATUS_OK)
+    if (skin_table(side, ret) != STATUS_OK)
         fail("no memory for so many rows");
     printf("%zu rows computed in %.1f s\n", ret->n, now_s(CLOCK_MONOTONIC) - start);
 }
 
 struct queries {
     const char *what;
-    struct nearest_query query[QUERIES];
-    struct spectrum spectrum[QUERIES];
+    struct skin_query query[QUERIES];
 };
-
-/* Lab a length of low .. high away from a row, in any direction. */
-static void move_Lab(struct dice *dice, double low, double high, double Lab[3])
-{
-    double way[3], square = 0.0, length = dice_between(dice, low, high);
-    do {
-        square = 0.0;
-        for (int i = 0; i < 3; i++) {
-            way[i] = dice_between(dice, -1.0, 1.0);
-            square += way[i] * way[i];
-        }
-    } while (square > 1.0 || square < 1e-4);
-    for (int i = 0; i < 3; i++)
-        Lab[i] += length * way[i] / sqrt(square);
-}
-
-static void make_queries(const struct table *t, bool off, struct queries *ret)
-{
-    struct dice dice = { off ? 5u : 3u };
-    ret->what = off ? "off" : "near";
-    for (size_t q = 0; q < QUERIES; q++) {
-        size_t row = dice_below(&dice, t->n);
-        struct spectrum *s = &ret->spectrum[q];
-        double phase[3], rms = off ? dice_between(&dice, 0.02, 0.05) : 0.0;
-        ret->query[q] = (struct nearest_query){ .has_colour = true,
-                                                .Lab = { t->L[row], t->a[row], t->b[row] },
-                                                .spectrum = s };
-        move_Lab(&dice, off ? 3.0 : 0.5, off ? 10.0 : 1.0, ret->query[q].Lab);
-        *s = (struct spectrum){ .first_nm = 400, .step_nm = 10, .n = t->recipe.bands };
-        for (int i = 0; i < 3; i++)
-            phase[i] = dice_between(&dice, 0.0, 6.28);
-        for (size_t band = 0; band < s->n; band++) {
-            double wave = 0.0;
-            for (int i = 0; i < 3; i++)
-                wave += sin(phase[i] + 0.1 * (i + 1) * (double)band);
-            s->value[band] = (double)table_spectrum(t, row)[band] + rms * wave * sqrt(2.0 / 3.0) +
-                             dice_between(&dice, -0.002, 0.002);
-        }
-    }
-}
 
 /* ---- searches --------------------------------------------------------------------------- */
 
@@ -116,11 +69,11 @@ static void time_ours(const struct nearest *nearest, const struct queries *q, si
     size_t found;
     double start = now_s(CLOCK_THREAD_CPUTIME_ID);
     for (size_t i = 0; i < QUERIES; i++)
-        if (nearest_find(nearest, &q->query[i], k, hits, &found) != STATUS_OK)
+        if (nearest_find(nearest, &q->query[i].query, k, hits, &found) != STATUS_OK)
             fail("no answer");
     *took = 1e9 * (now_s(CLOCK_THREAD_CPUTIME_ID) - start) / QUERIES;
     for (size_t i = 0; i < QUERIES; i++) {
-        struct nearest_query counted = q->query[i];
+        struct nearest_query counted = q->query[i].query;
         counted.work = &work;
         (void)nearest_find(nearest, &counted, k, hits, &found);
     }
@@ -132,7 +85,7 @@ static double time_peer(const struct peer_tree *tree, const struct queries *q, u
 {
     double start = now_s(CLOCK_THREAD_CPUTIME_ID);
     for (size_t i = 0; i < QUERIES; i++) {
-        const double *Lab = q->query[i].Lab;
+        const double *Lab = q->query[i].query.Lab;
         row[i] = peer_tree_find(tree, (float[3]){ (float)Lab[0], (float)Lab[1], (float)Lab[2] });
     }
     return 1e9 * (now_s(CLOCK_THREAD_CPUTIME_ID) - start) / QUERIES;
@@ -223,21 +176,21 @@ static void leave_queries(const char *folder, const struct queries *q)
 {
     static float value[QUERIES][SPECTRUM_MAX_BANDS];
     for (size_t i = 0; i < QUERIES; i++)
-        for (size_t band = 0; band < q->spectrum[i].n; band++)
-            value[i][band] = (float)q->spectrum[i].value[band];
-    leave(folder, q->what, QUERIES, SPECTRUM_MAX_BANDS, q->spectrum[0].n, value[0]);
+        for (size_t band = 0; band < q->query[i].spectrum.n; band++)
+            value[i][band] = (float)q->query[i].spectrum.value[band];
+    leave(folder, q->what, QUERIES, SPECTRUM_MAX_BANDS, q->query[0].spectrum.n, value[0]);
 }
 
 int main(int argc, char **argv)
 {
-    static struct queries q[2];
+    static struct queries q[2] = { { .what = "near" }, { .what = "off" } };
     struct table table;
     size_t side = argc > 1 ? strtoul(argv[1], NULL, 10) : 0;
     if (side < 2 || side > 400)
         fail("say how many values an axis has: 100 for a million rows");
     make_table(side, &table);
     for (int sort = 0; sort < 2; sort++)
-        make_queries(&table, sort == 1, &q[sort]);
+        skin_queries(&table, sort == 1, QUERIES, q[sort].query);
     if (argc > 2) {
         leave(argv[2], "rows", table.n, table.stride, table.recipe.bands, table.spectrum);
         leave_queries(argv[2], &q[0]);
