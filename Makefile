@@ -172,6 +172,14 @@ $(BUILD)/bench/search: $(call objects,tests/bench/search.c tests/support/skin_qu
 	@mkdir -p $(@D)
 	@$(CXX) $(filter-out -std=%,$(CFLAGS)) -pthread $^ -o $@ -lm
 
+# Where boxes begin to pay; not part of a build, which would then depend on the machine.
+calibrate-search: $(BUILD)/bench/few ## measure up to how many rows looking at all is quicker: src/match/kd_few.h
+	@$< src/match/kd_few.h
+
+$(BUILD)/bench/few: $(call objects,tests/bench/few.c tests/support/skin_queries.c) $(lib_a)
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
+
 # Drivers and the simulators in one program.
 $(BUILD)/bench/drivers: $(BUILD)/obj/tests/bench/drivers.o \
         $(call objects,$(sims_c) tests/sim/wire_memory.c tests/support/ocean_bench.c) $(drivers_o) $(lib_a)

@@ -7,6 +7,7 @@
 #ifndef SKINSPEC_MATCH_KD_LAYOUT_H
 #define SKINSPEC_MATCH_KD_LAYOUT_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -32,6 +33,7 @@ struct kd_tree {
     const double *field[KD_TREE_FIELDS];
     uint32_t *row; /* [entries[0]] */
     double norm;   /* of the farthest point */
+    bool few;      /* so few points that all are judged, and no boxes */
     const struct kd_judge *judge;
 };
 

@@ -9,6 +9,7 @@
 
 #include "base/huge_pages.h"
 #include "base/parallel.h"
+#include "match/kd_few.h"
 #include "match/kd_layout.h"
 
 static size_t groups_of(size_t entries)
@@ -342,6 +343,7 @@ enum status kd_tree_open(const struct kd_tree_rows *rows, struct kd_tree **ret)
     if (s == STATUS_OK) {
         tree->dims = rows->dims;
         tree->judge = kd_judge_of(vectors_best());
+        tree->few = rows->n <= (rows->dims <= 3 ? KD_FEW_COLOURS : KD_FEW_SPECTRA);
         b->rows = rows;
         s = lay_out_all(tree, rows);
     }

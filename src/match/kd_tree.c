@@ -157,6 +157,10 @@ bool kd_tree_search(const struct kd_tree *tree, struct kd_tree_task *task)
         v.lo[field] = kd_float_below(task->range->lo[field]);
         v.hi[field] = kd_float_above(task->range->hi[field]);
     }
-    visit_group(&v, tree->levels - 1, 0);
+    if (!tree->few)
+        visit_group(&v, tree->levels - 1, 0);
+    else
+        for (size_t first = 0; first < tree->entries[0]; first += KD_WIDTH)
+            visit_group(&v, 0, first / KD_WIDTH);
     return true;
 }

@@ -1,0 +1,10 @@
+/* kd_few.h - up to how many points a tree is not worth its boxes: all are judged, sixteen at once.
+ *
+ * Written by `make calibrate-search` (tests/bench/few.c); docs/decisions/0013. */
+#ifndef SKINSPEC_MATCH_KD_FEW_H
+#define SKINSPEC_MATCH_KD_FEW_H
+
+#define KD_FEW_COLOURS 32u /* of three dimensions */
+#define KD_FEW_SPECTRA 32u /* of more */
+
+#endif
