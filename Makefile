@@ -73,7 +73,7 @@ daemon  := $(BUILD)/skinspecd
 simhost := $(if $(wildcard tests/sim/mock/host.c),$(BUILD)/simhost)
 tables  := $(BUILD)/tables/table-two-layer.db $(BUILD)/tables/table-paper.db
 
-.PHONY: FORCE help all demo test test-new-driver test-fuzz test-faults faults-asan test-kill test-soak soak bench error-vs-time accuracy stability asan \
+.PHONY: FORCE help all demo test test-new-driver test-fuzz test-faults faults-asan test-kill test-soak soak bench de2000 error-vs-time accuracy stability asan \
         cover lint format docs install clean need-build need-test need-fuzz need-faults need-stability need-lint
 .DELETE_ON_ERROR:
 # Kept, though only an implicit rule asks for them.  No others: a secondary object that is not there yet
@@ -151,6 +151,13 @@ bench: need-test all $(BUILD)/bench/load $(BUILD)/bench/drivers $(simhost) $(tab
 	@BUILD=$(BUILD) python3 -B tests/bench/run.py $(BENCH)
 
 $(BUILD)/bench/load: $(BUILD)/obj/tests/bench/load.o $(lib_a)
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
+
+de2000: $(BUILD)/bench/de2000 ## the search by CIEDE2000 beside every row: speed, and 20 000 answers each of 10 000 to 1 000 000 rows
+	@$(BUILD)/bench/de2000 2000 20000
+
+$(BUILD)/bench/de2000: $(BUILD)/obj/tests/bench/de2000.o $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
 
@@ -303,7 +310,7 @@ $(BUILD)/obj/%.o: %.c $(BUILD)/flags | need-build
 
 # Loops become vectors only where a square root sets no errno and no trap is taken; and a few
 # zeros after a row are not worth a call of memset(), which clang never makes of them.
-vector_c := src/optics/quick.c src/optics/shared_layers.c src/colour/colour_many.c src/colour/delta_e_many.c
+vector_c := src/optics/quick.c src/optics/shared_layers.c src/colour/colour_many.c src/colour/delta_e_many.c src/colour/delta_e_box.c
 vector_flags = -fno-math-errno -fno-trapping-math \
                $(if $(findstring clang,$(shell $(CC) --version)),,-fno-tree-loop-distribute-patterns)
 $(call objects,$(vector_c)): private override EXTRA += $(vector_flags)

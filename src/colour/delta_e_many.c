@@ -241,6 +241,13 @@ bool delta_e_has(enum delta_e_vectors v)
 }
 #endif
 
+enum delta_e_vectors delta_e_best_vectors(void)
+{
+    return delta_e_has(DELTA_E_AVX512) ? DELTA_E_AVX512
+           : delta_e_has(DELTA_E_AVX2) ? DELTA_E_AVX2
+                                       : DELTA_E_PLAIN;
+}
+
 static bool run_by(enum delta_e_vectors v, const struct from *from, const struct block *rows,
                    bool blue)
 {
@@ -282,8 +289,5 @@ void delta_e_2000_squares_by(enum delta_e_vectors v, const double Lab[3], size_t
 void delta_e_2000_squares(const double Lab[3], size_t n, const double *L, const double *a,
                           const double *b, double *square)
 {
-    enum delta_e_vectors v = delta_e_has(DELTA_E_AVX512) ? DELTA_E_AVX512
-                             : delta_e_has(DELTA_E_AVX2) ? DELTA_E_AVX2
-                                                         : DELTA_E_PLAIN;
-    delta_e_2000_squares_by(v, Lab, n, L, a, b, square);
+    delta_e_2000_squares_by(delta_e_best_vectors(), Lab, n, L, a, b, square);
 }

@@ -30,6 +30,7 @@ void delta_e_2000_squares(const double Lab[3], size_t n, const double *L, const 
 
 enum delta_e_vectors { DELTA_E_PLAIN, DELTA_E_AVX2, DELTA_E_AVX512, DELTA_E_VECTORS };
 bool delta_e_has(enum delta_e_vectors v);
+enum delta_e_vectors delta_e_best_vectors(void); /* the last that the processor has */
 
 /* The same by given vectors, for tests and measurements. */
 void delta_e_2000_squares_by(enum delta_e_vectors v, const double Lab[3], size_t n, const double *L,

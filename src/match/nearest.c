@@ -1,11 +1,10 @@
 /* nearest.c - one way of looking at a row per kind of distance, and which rows to look at.
  *
  * Every row that could be among the k best is offered to a short sorted list.  Which
- * those are is said, without missing one, by a tree over colours (match/kd_tree.h);
- * for spectra by a tree over their principal components (match/components.h); for
- * CIEDE2000 by its lightness term, which it is at least and which grows with distance in
- * L*: rows are visited outwards from the query's L* until that term alone is too large.
- * Where a tree does not apply, all rows are looked at. */
+ * those are is said, without missing one, by a tree over colours (match/kd_tree.h), for
+ * CIEDE2000 with bounds of its own (colour/delta_e_box.h); for spectra by a tree over their
+ * principal components (match/components.h).  Where a tree does not apply, all rows are looked
+ * at. */
 #include "match/nearest.h"
 
 #include <math.h>
@@ -14,6 +13,7 @@
 
 #include "base/parallel.h"
 #include "colour/delta_e.h"
+#include "colour/delta_e_box.h"
 #include "colour/srgb.h"
 #include "match/best.h"
 #include "match/components.h"
@@ -29,9 +29,9 @@ struct nearest {
     const double *colour[3]; /* Lab or code of row i: colour[0..2][step * i] */
     size_t step;
     double *code;                  /* [n][3] coded sRGB, 0..255, for the rgb kinds */
-    size_t *by_L;                  /* [n] rows in the order of L*, for de2000 */
+    double extent;                 /* largest |L*|, |a*| or |b*|, for de2000 */
     struct components *components; /* for spectra */
-    struct kd_tree *tree;          /* not for de2000; NULL where values are beyond it */
+    struct kd_tree *tree;          /* NULL where values are beyond it */
 };
 
 const char *match_by_name(enum match_by by)
@@ -61,37 +61,6 @@ static enum status prepare_codes(struct nearest *nearest)
     for (int c = 0; c < 3; c++)
         nearest->colour[c] = nearest->code + c;
     nearest->step = 3;
-    return STATUS_OK;
-}
-
-struct keyed_row {
-    double key;
-    size_t row;
-};
-
-static int compare_keyed(const void *left, const void *right)
-{
-    const struct keyed_row *x = left, *y = right;
-    if (x->key != y->key)
-        return x->key < y->key ? -1 : 1;
-    return (x->row > y->row) - (x->row < y->row);
-}
-
-static enum status prepare_lightness(struct nearest *nearest)
-{
-    const struct table *t = nearest->table;
-    struct keyed_row *keyed = calloc(t->n, sizeof *keyed);
-    nearest->by_L = calloc(t->n, sizeof *nearest->by_L);
-    if (keyed == NULL || nearest->by_L == NULL) {
-        free(keyed);
-        return STATUS_NO_MEMORY;
-    }
-    for (size_t i = 0; i < t->n; i++)
-        keyed[i] = (struct keyed_row){ t->L[i], i };
-    qsort(keyed, t->n, sizeof *keyed, compare_keyed);
-    for (size_t i = 0; i < t->n; i++)
-        nearest->by_L[i] = keyed[i].row;
-    free(keyed);
     return STATUS_OK;
 }
 
@@ -125,12 +94,28 @@ static enum status prepare_tree(struct nearest *nearest)
     return s == STATUS_RANGE ? STATUS_OK : s;
 }
 
+/* false where a row is beyond what bounds of CIEDE2000 are for. */
+static bool prepare_bound(struct nearest *nearest)
+{
+    const struct table *t = nearest->table;
+    for (size_t i = 0; i < t->n; i++) {
+        const double Lab[3] = { t->L[i], t->a[i], t->b[i] };
+        if (!delta_e_box_takes(Lab))
+            return false;
+        nearest->extent =
+            fmax(nearest->extent, fmax(fabs(Lab[0]), fmax(fabs(Lab[1]), fabs(Lab[2]))));
+    }
+    return true;
+}
+
 static enum status prepare(struct nearest *nearest)
 {
     enum status s = STATUS_OK;
     switch (nearest->by) {
     case MATCH_DE2000:
-        return prepare_lightness(nearest);
+        if (!prepare_bound(nearest))
+            return STATUS_OK;
+        break;
     case MATCH_RGB:
     case MATCH_RGB_FLOAT:
         s = prepare_codes(nearest);
@@ -168,7 +153,6 @@ void nearest_close(struct nearest *nearest)
     if (nearest == NULL)
         return;
     free(nearest->code);
-    free(nearest->by_L);
     components_close(nearest->components);
     kd_tree_close(nearest->tree);
     free(nearest);
@@ -183,6 +167,7 @@ struct search {
     double colour[3];                  /* the query's, Lab or code */
     struct overlap overlap;            /* for spectra only */
     double root_bands;                 /* a rms times this is a distance between all bands */
+    struct delta_e_box box;            /* for de2000 only */
     const struct nearest_range *range; /* NULL: all rows */
     struct nearest_work work;
 };
@@ -222,7 +207,15 @@ static double look_at_de2000(void *context, size_t row)
     const double Lab[3] = { t->L[row], t->a[row], t->b[row] };
     search->work.rows++;
     best_offer(&search->best, row, delta_e_2000(search->colour, Lab));
-    return best_limit(&search->best);
+    return best_limit_square(&search->best);
+}
+
+/* kd_tree_bound: squares, as look_at_de2000() says. */
+static void bound_de2000(void *context, const float *low, const float *high,
+                         float bound[KD_TREE_WIDTH])
+{
+    const struct search *search = context;
+    delta_e_box_bound(&search->box, low, high, bound);
 }
 
 static kd_tree_look *look_of(enum match_by by)
@@ -270,17 +263,23 @@ static bool look_by_tree(struct search *search)
 {
     const struct nearest *nearest = search->nearest;
     double point[COMPONENTS_DIMS];
-    const double *query = search->colour;
+    struct kd_tree_task task = { .query = search->colour,
+                                 .look = look_of(nearest->by),
+                                 .context = search };
     if (nearest->tree == NULL)
         return false;
     if (nearest->by == MATCH_SPECTRUM) {
         if (search->overlap.n < nearest->table->recipe.bands)
             return false;
         components_point(nearest->components, search->overlap.value, point);
-        query = point;
+        task.query = point;
+    }
+    if (nearest->by == MATCH_DE2000) {
+        if (!delta_e_box_init(search->colour, nearest->extent, &search->box))
+            return false;
+        task.bound = bound_de2000;
     }
     struct kd_tree_range range;
-    struct kd_tree_task task = { .query = query, .look = look_of(nearest->by), .context = search };
     if (search->range != NULL) {
         memcpy(range.lo, search->range->lo, sizeof range.lo);
         memcpy(range.hi, search->range->hi, sizeof range.hi);
@@ -289,59 +288,6 @@ static bool look_by_tree(struct search *search)
     bool applies = kd_tree_search(nearest->tree, &task);
     search->work.judged += task.judged;
     return applies;
-}
-
-/* First place in the order of L* whose row is not darker than L. */
-static size_t lower_bound(const struct nearest *nearest, double L)
-{
-    size_t low = 0, high = nearest->table->n;
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-        if (nearest->table->L[nearest->by_L[middle]] < L)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low;
-}
-
-/* Whether the lightness term grows from the query to every row: the range that
- * delta_e_2000_lightness() promises it for. */
-static bool can_bound(const struct nearest *nearest, double L)
-{
-    const struct table *t = nearest->table;
-    double darkest = t->L[nearest->by_L[0]], lightest = t->L[nearest->by_L[t->n - 1]];
-    return fmin(L, darkest) >= DELTA_E_LIGHTNESS_MIN && fmax(L, lightest) <= DELTA_E_LIGHTNESS_MAX;
-}
-
-/* Look at the row there; false where its lightness alone is too far. */
-static bool look_by_lightness(struct search *search, size_t place)
-{
-    /* The bound and the distance round differently: leave the bound some slack. */
-    const double slack = 1.0 - 1e-12;
-    size_t row = search->nearest->by_L[place];
-    double L = search->nearest->table->L[row];
-    if (slack * delta_e_2000_lightness(search->colour[0], L) > best_limit(&search->best))
-        return false;
-    search->work.judged++;
-    if (in_range(search, row))
-        look_at_de2000(search, row);
-    return true;
-}
-
-/* Outwards from the query's lightness; false where that is no order to look in. */
-static bool look_outwards(struct search *search)
-{
-    const struct nearest *nearest = search->nearest;
-    bool up = true, down = true;
-    if (nearest->by != MATCH_DE2000 || !can_bound(nearest, search->colour[0]))
-        return false;
-    size_t above = lower_bound(nearest, search->colour[0]), below = above;
-    while (up || down) {
-        up = up && above < nearest->table->n && look_by_lightness(search, above++);
-        down = down && below > 0 && look_by_lightness(search, --below);
-    }
-    return true;
 }
 
 /* ---- questions -------------------------------------------------------------------------- */
@@ -397,7 +343,7 @@ enum status nearest_find(const struct nearest *nearest, const struct nearest_que
     enum status s = search_init(nearest, query, k, hits, &search);
     if (s != STATUS_OK)
         return s;
-    if (!look_by_tree(&search) && !look_outwards(&search))
+    if (!look_by_tree(&search))
         look_at_all(&search);
     return answer(&search, query, found);
 }

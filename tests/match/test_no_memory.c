@@ -98,7 +98,7 @@ static void test_recipe_check(void)
     TEST_ASSERT_EQUAL_INT(STATUS_NO_MEMORY, recipe_check(&recipe));
 }
 
-/* expect: the search itself, what its kind prepares (codes: 1, lightness: 2, components: 2,
+/* expect: the search itself, what its kind prepares (codes: 1, components: 2,
  * a tree: its head, a builder, rows, levels, fields and points), and the weights of the table's
  * bands. */
 static const struct open_case {
@@ -107,7 +107,7 @@ static const struct open_case {
 } open_cases[] = {
     { MATCH_LAB, 1 + 6 + 1 },     { MATCH_SPECTRUM, 1 + 2 + 6 + 1 },
     { MATCH_RGB, 1 + 1 + 6 + 1 }, { MATCH_RGB_FLOAT, 1 + 1 + 6 + 1 },
-    { MATCH_DE2000, 1 + 2 + 1 },
+    { MATCH_DE2000, 1 + 6 + 1 },
 };
 
 static void test_open(void)
