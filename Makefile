@@ -157,7 +157,7 @@ $(BUILD)/bench/load: $(BUILD)/obj/tests/bench/load.o $(lib_a)
 de2000: $(BUILD)/bench/de2000 ## the search by CIEDE2000 beside every row: speed, and 20 000 answers each of 10 000 to 1 000 000 rows
 	@$(BUILD)/bench/de2000 2000 20000
 
-$(BUILD)/bench/de2000: $(BUILD)/obj/tests/bench/de2000.o $(lib_a)
+$(BUILD)/bench/de2000: $(call objects,tests/bench/de2000.c tests/support/de2000_rows.c) $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
 

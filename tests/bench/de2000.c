@@ -3,11 +3,9 @@
  *
  *     de2000 SPEED-QUERIES CHECKED-QUERIES [ROWS ...]
  *
- * Tables of the two-layer model of about so many rows (10 000, 100 000 and 1 000 000), Cm and Ch
- * evenly spaced in the logarithm, made in memory.  Queries: a row and a step of chance direction,
- * 0.5 to 1 dE*ab long (`typical`) or 3 to 10 (`off`).  The check takes every row's distance by
- * delta_e_2000_squares() and by delta_e_2000() where that could be among the nearest, and shares no
- * code with the search.  Ends with status 1 where a row or a distance differs. */
+ * Tables of the two-layer model (10 000, 100 000 and 1 000 000 rows), made in memory; queries and
+ * the check as tests/support/de2000_rows.h says.  Ends with status 1 where a row or a distance
+ * differs. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -18,9 +16,9 @@
 #include "colour/delta_e.h"
 #include "colour/delta_e_many.h"
 #include "match/nearest.h"
-#include "tests/support/dice.h"
+#include "tests/support/de2000_rows.h"
 
-enum { K = 5, PIECE = 4096, NEAR = 256, MOST_SPEED = 20000 };
+enum { K = 5, PIECE = 4096, MOST_SPEED = 20000 };
 
 static double now_us(void)
 {
@@ -47,53 +45,6 @@ static void fail(const char *what)
     exit(1);
 }
 
-/* ---- the table and what is asked of it ------------------------------------------------------ */
-
-static void make_table(size_t rows, struct table *t)
-{
-    struct recipe recipe = recipe_default(model_find("two-layer"));
-    size_t side = (size_t)lround(cbrt((double)rows));
-    recipe.grid = (struct grid){ { 0.001, 0.5, side, true },
-                                 { 0, 1, (rows + side * side / 2) / (side * side), false },
-                                 { 0.001, 0.1, side, true } };
-    if (table_init(&recipe, grid_rows(&recipe.grid), t) != STATUS_OK ||
-        table_compute(t, 0, t->n, parallel_cores()) != STATUS_OK)
-        fail("no table");
-}
-
-static const struct sort {
-    const char *what;
-    double low, high; /* of the step, dE*ab */
-} sorts[] = { { "typical", 0.5, 1.0 }, { "off", 3.0, 10.0 } };
-
-/* A number's query is the same whoever asks for it. */
-static void make_query(const struct table *t, const struct sort *sort, size_t number,
-                       struct nearest_query *ret)
-{
-    struct dice dice = { 1000003u * (number + 1) + (sort->low > 1.0) };
-    size_t row = dice_below(&dice, t->n);
-    double step[3], length;
-    do {
-        for (int i = 0; i < 3; i++)
-            step[i] = dice_between(&dice, -1.0, 1.0);
-        length = sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2]);
-    } while (length > 1.0 || length < 0.1);
-    double by = dice_between(&dice, sort->low, sort->high) / length;
-    *ret = (struct nearest_query){ .has_colour = true,
-                                   .Lab = { t->L[row] + by * step[0], t->a[row] + by * step[1],
-                                            t->b[row] + by * step[2] } };
-}
-
-/* A third of each parameter's range, on its scale; of every third query. */
-static void make_range(size_t number, struct nearest_range *ret)
-{
-    struct dice dice = { 7919u * number };
-    double Cm = dice_between(&dice, -3.0, -1.2), Bm = dice_between(&dice, 0.0, 0.7);
-    double Ch = dice_between(&dice, -3.0, -1.7);
-    *ret = (struct nearest_range){ { pow(10.0, Cm), Bm, pow(10.0, Ch) },
-                                   { pow(10.0, Cm + 0.9), Bm + 0.33, pow(10.0, Ch + 0.7) } };
-}
-
 /* ---- speed ----------------------------------------------------------------------------------- */
 
 /* The nearest by every row's square. */
@@ -115,7 +66,7 @@ static size_t look_at_all(const struct table *t, const double Lab[3])
 }
 
 /* Every row and the search in turns: 25 searches to a look at every row. */
-static void time_sort(const struct nearest *nearest, const struct table *t, const struct sort *sort,
+static void time_sort(const struct nearest *nearest, const struct table *t, enum de2000_sort sort,
                       size_t n, size_t k)
 {
     static double took[MOST_SPEED], took_all[MOST_SPEED];
@@ -124,7 +75,7 @@ static void time_sort(const struct nearest *nearest, const struct table *t, cons
     size_t found, all = 0;
     for (size_t i = 0; i < n; i++) {
         struct nearest_query query;
-        make_query(t, sort, i, &query);
+        de2000_query(t, sort, i, &query);
         query.work = &work;
         double start = now_us();
         if (nearest_find(nearest, &query, k, hits, &found) != STATUS_OK)
@@ -144,8 +95,9 @@ static void time_sort(const struct nearest *nearest, const struct table *t, cons
     printf("%8zu rows  %-7s k %zu: %8.2f us, 99 %% below %8.2f; every row %8.0f us (%.1f ns a "
            "row); ratio "
            "%.0f; rows looked at %.1f, judged %.0f\n",
-           t->n, sort->what, k, median, quantile(took, n, 99), every, 1e3 * every / (double)t->n,
-           every / median, (double)work.rows / (double)n, (double)work.judged / (double)n);
+           t->n, sort == DE2000_OFF ? "off" : "typical", k, median, quantile(took, n, 99), every,
+           1e3 * every / (double)t->n, every / median, (double)work.rows / (double)n,
+           (double)work.judged / (double)n);
     fflush(stdout);
 }
 
@@ -155,82 +107,14 @@ static void time_sort(const struct nearest *nearest, const struct table *t, cons
 struct check {
     const struct nearest *nearest;
     const struct table *table;
-    size_t queries;
     size_t wrong[PARALLEL_MAX_THREADS], limited[PARALLEL_MAX_THREADS];
 };
-
-struct judged {
-    double distance;
-    size_t row;
-};
-
-static int compare_judged(const void *left, const void *right)
-{
-    const struct judged *x = left, *y = right;
-    if (x->distance != y->distance)
-        return x->distance < y->distance ? -1 : 1;
-    return (x->row > y->row) - (x->row < y->row);
-}
-
-static bool inside(const struct table *t, const struct nearest_range *range, size_t row)
-{
-    const double value[3] = { t->Cm[row], t->Bm[row], t->Ch[row] };
-    for (int i = 0; range != NULL && i < 3; i++)
-        if (value[i] < range->lo[i] || value[i] > range->hi[i])
-            return false;
-    return true;
-}
-
-/* Rows that may be among the K nearest, judged by the textbook's formula and sorted; `near` is cut
- * down to the K nearest when it is full. */
-static size_t judge_all(const struct table *t, const struct nearest_query *query,
-                        struct judged near[NEAR])
-{
-    double square[PIECE], limit = (double)INFINITY;
-    size_t count = 0;
-    for (size_t first = 0; first < t->n; first += PIECE) {
-        size_t n = t->n - first < PIECE ? t->n - first : PIECE;
-        delta_e_2000_squares(query->Lab, n, t->L + first, t->a + first, t->b + first, square);
-        for (size_t i = 0; i < n; i++) {
-            size_t row = first + i;
-            if (square[i] > limit || !inside(t, query->range, row))
-                continue;
-            const double Lab[3] = { t->L[row], t->a[row], t->b[row] };
-            near[count++] = (struct judged){ delta_e_2000(query->Lab, Lab), row };
-            if (count < NEAR && !(count == K && limit == (double)INFINITY))
-                continue;
-            qsort(near, count, sizeof *near, compare_judged);
-            count = K;
-            double reach = near[K - 1].distance * (1.0 + 1e-9) + 1e-11;
-            limit = reach * reach;
-        }
-    }
-    qsort(near, count, sizeof *near, compare_judged);
-    return count < K ? count : K;
-}
 
 static enum status check_one(size_t number, unsigned worker, void *context)
 {
     struct check *check = context;
-    const struct table *t = check->table;
-    struct judged near[NEAR];
-    struct nearest_hit hits[K];
-    struct nearest_query query;
-    struct nearest_range range;
-    size_t found = 0;
-    make_query(t, &sorts[number % 2], number, &query);
-    make_range(number, &range);
-    if (number % 6 >= 4) /* two in six, one of each sort */
-        query.range = &range;
-    enum status s = nearest_find(check->nearest, &query, number % 4 < 2 ? 1 : K, hits, &found);
-    size_t expect = judge_all(t, &query, near);
-    if (number % 4 < 2 && expect > 1)
-        expect = 1;
-    bool good = s == (expect > 0 ? STATUS_OK : STATUS_NOT_FOUND) && found == expect;
-    for (size_t i = 0; good && i < expect; i++)
-        good = hits[i].row == near[i].row && hits[i].distance == near[i].distance;
-    check->wrong[worker] += good ? 0 : 1;
-    check->limited[worker] += query.range != NULL ? 1 : 0;
+    if (!de2000_agrees(check->nearest, check->table, number, &check->limited[worker]))
+        check->wrong[worker]++;
     return STATUS_OK;
 }
 
@@ -264,14 +148,16 @@ int main(int argc, char **argv)
     for (int i = 0; i < (argc > 3 ? argc - 3 : 3); i++) {
         struct nearest *nearest;
         struct table t;
-        make_table(strtoul(argc > 3 ? argv[3 + i] : usual[i], NULL, 10), &t);
+        if (de2000_table(strtoul(argc > 3 ? argv[3 + i] : usual[i], NULL, 10), &t) != STATUS_OK)
+            fail("no table");
         double start = now_us();
         if (nearest_open(&t, MATCH_DE2000, &nearest) != STATUS_OK)
             fail("no index");
         printf("%8zu rows  index made in %.0f ms\n", t.n, 1e-3 * (now_us() - start));
-        for (size_t sort = 0; sort < 2 && speed > 0; sort++)
+        for (int sort = 0; sort < DE2000_SORTS && speed > 0; sort++)
             for (size_t k = 1; k <= K; k += K - 1)
-                time_sort(nearest, &t, &sorts[sort], speed < MOST_SPEED ? speed : MOST_SPEED, k);
+                time_sort(nearest, &t, (enum de2000_sort)sort,
+                          speed < MOST_SPEED ? speed : MOST_SPEED, k);
         good = (checked == 0 || check_answers(nearest, &t, checked)) && good;
         nearest_close(nearest);
         table_done(&t);
