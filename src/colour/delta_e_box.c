@@ -17,7 +17,7 @@
 #define WIDE "avx512f,avx512dq,avx512vl,prefer-vector-width=512"
 #endif
 
-/* ---- the colour ---------------------------------------------------------------------------- */
+/* ---- the colour --------------------------------------------------------------------- */
 
 bool delta_e_box_takes(const double Lab[3])
 {
@@ -43,7 +43,7 @@ bool delta_e_box_init(const double Lab[3], double extent, struct delta_e_box *re
     return true;
 }
 
-/* ---- the boxes ------------------------------------------------------------------------------ */
+/* ---- the boxes ---------------------------------------------------------------------- */
 
 /* As fminf() and fmaxf(), which calls and their care for NaN make slow. */
 INLINE float lower(float x, float y)

@@ -45,7 +45,7 @@ static void fail(const char *what)
     exit(1);
 }
 
-/* ---- speed ----------------------------------------------------------------------------------- */
+/* ---- speed -------------------------------------------------------------------------- */
 
 /* The nearest by every row's square. */
 static size_t look_at_all(const struct table *t, const double Lab[3])

@@ -43,7 +43,7 @@ static void test_sharma_pairs_both_ways(void)
         }
 }
 
-/* ---- chance, and where the formula has its edges ------------------------------------------ */
+/* ---- chance, and where the formula has its edges ------------------------------------ */
 
 static void turn(const double p[3], double by_deg, double times, size_t row)
 {
@@ -155,7 +155,7 @@ static void test_error_in_the_blue(void)
     }
 }
 
-/* ---- the same bits ------------------------------------------------------------------------- */
+/* ---- the same bits ------------------------------------------------------------------ */
 
 /* Fused kinds agree; and a row does not know its neighbours nor its place. */
 static void test_bits(void)

@@ -11,7 +11,7 @@
 
 enum { K = 5, PIECE = 4096, NEAR = 256 };
 
-/* ---- the table and what is asked of it ------------------------------------------------------ */
+/* ---- the table and what is asked of it ---------------------------------------------- */
 
 enum status de2000_table(size_t rows, struct table *t)
 {
@@ -53,7 +53,7 @@ static void make_range(size_t number, struct nearest_range *ret)
                                    { pow(10.0, Cm + 0.9), Bm + 0.33, pow(10.0, Ch + 0.7) } };
 }
 
-/* ---- every row ------------------------------------------------------------------------------- */
+/* ---- every row ---------------------------------------------------------------------- */
 
 struct judged {
     double distance;
