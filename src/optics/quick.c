@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "optics/dipole.h"
-#include "optics/quick_exp.h"
+#include "optics/quick_band.h"
 
 /* One spectrum: what a skin is at each band, and what is asked.  All rows are QUICK_STRIDE(n)
  * long. */
@@ -80,40 +80,30 @@ QUICK_INLINE void coefficients(const struct quick_job *q, bool fused, bool dermi
     }
 }
 
-/* ---- half space -------------------------------------------------------------------------- */
+/* ---- the models -------------------------------------------------------------------------- */
 
-/* optics/half_space.c's formulas, with one division: k = sqrt(3 sigma_a sigma_t') is s sigma_t'
- * and 3 sigma_a/s.
- * Whether every band is in range. */
+/* Whether every band is in range. */
 QUICK_INLINE bool half_space(const struct quick_job *q, bool fused, bool slopes)
 {
-    double steeper = 1.0 + 4.0 / 3.0 * q->A, half = 0.5 * q->entering;
     const double *restrict sa1 = q->sa1, *restrict sa2 = q->sa2, *restrict ss1 = q->ss1;
     double *restrict R = q->R, *restrict by_sa1 = q->by_sa1, *restrict by_sa2 = q->by_sa2;
-    double *restrict by_ss = q->by_ss;
+    double *restrict by_ss = q->by_ss, A = q->A, entering = q->entering;
     uint64_t beyond = 0;
     QUICK_LOOP
     for (size_t i = 0; i < q->stride; i++) {
-        double sigma_a = sa1[i] + sa2[i], st = sigma_a + ss1[i];
-        /* Its root and its division do not wait for each other. */
-        double both = 1.0 / (st * sigma_a), inverse = both * sigma_a;
-        double k = sqrt(3.0 * sigma_a * st), s = k * inverse, i_s = k * both * (1.0 / 3.0) * st;
-        double mu = ss1[i] * inverse, b = sigma_a * inverse;
-        double slow = quick_exp(fused, -s), fast = quick_exp(fused, -steeper * s);
-        double g = slow + fast, fall = slow + steeper * fast, outside = half * inverse;
-        R[i] = half * mu * g;
+        struct quick_band at = quick_half_space(fused, A, entering, sa1[i] + sa2[i], ss1[i]);
+        R[i] = at.R;
         if (slopes) {
-            by_sa1[i] = by_sa2[i] = -outside * mu * (g + 1.5 * mu * fall * i_s);
-            by_ss[i] = outside * (b * g + 0.5 * mu * s * fall);
+            by_sa1[i] = at.by_sa1;
+            by_sa2[i] = at.by_sa2;
+            by_ss[i] = at.by_ss;
         }
-        beyond |= b >= 1e-10 ? 0 : 1;
+        beyond |= at.beyond;
     }
     return beyond == 0;
 }
 
-/* ---- epidermis alone --------------------------------------------------------------------- */
-
-/* optics/opaque.c's formulas. */
+/* The epidermis alone: optics/opaque.c's formulas. */
 QUICK_INLINE bool epidermis(const struct quick_job *q, bool slopes)
 {
     const double *restrict sa1 = q->sa1, *restrict ss1 = q->ss1;
@@ -140,91 +130,28 @@ QUICK_INLINE bool epidermis(const struct quick_job *q, bool slopes)
     return beyond == 0;
 }
 
-/* ---- two layers -------------------------------------------------------------------------- */
-
-/* R = H + (r1 - r2) G/M of optics/two_layer_slopes.c, its third form, which takes no branches:
- * what it loses where the epidermis is thin is 1/y.  Divisions cost as much as ten products,
- * so several quantities share one. */
 QUICK_INLINE bool two_layer(const struct quick_job *q, bool fused, bool slopes, bool all)
 {
     const double *restrict sa1 = q->sa1, *restrict sa2 = q->sa2;
     const double *restrict ss1 = q->ss1, *restrict ss2 = q->ss2;
     double *restrict R = q->R, *restrict by_sa1 = q->by_sa1, *restrict by_sa2 = q->by_sa2;
     double *restrict by_ss = q->by_ss, *restrict by_d = q->by_d;
-    double A = q->A, A2 = 2.0 * q->A, d = q->d, i_d = 1.0 / q->d, entering = q->entering;
+    double A = q->A, entering = q->entering, d = q->d;
     uint64_t beyond = 0;
     QUICK_LOOP
     for (size_t i = 0; i < q->stride; i++) {
-        double st1 = sa1[i] + ss1[i], st2 = sa2[i] + ss2[i];
-        double k1 = sqrt(3.0 * sa1[i] * st1), k2 = sqrt(3.0 * sa2[i] * st2);
-        double x = st1 * d, y = k1 * d, apart = quick_not_zero(x - y);
-
-        /* 1 over sigma_t1', k1, sigma_t2', k2 and x-y by one division. */
-        double pair1 = st1 * k1, pair2 = st2 * k2;
-        double rest = 1.0 / (pair1 * pair2 * apart);
-        double i_apart = rest * (pair1 * pair2), i_pairs = rest * apart;
-        double i_pair1 = i_pairs * pair2, i_pair2 = i_pairs * pair1;
-        double i1 = i_pair1 * k1, i_k1 = i_pair1 * st1, i2 = i_pair2 * k2,
-               i_r2 = i_pair2 * st2 * st2;
-        double b1 = sa1[i] * i1, mu1 = ss1[i] * i1, b2 = sa2[i] * i2, mu2 = ss2[i] * i2;
-        double r1 = k1 * i1, r2 = k2 * i2;
-
-        /* e^-y, e^-x and their likes; p and its fall at 2y by those at y. */
-        struct quick_decay z = quick_decay_of(fused, apart, i_apart);
-        struct quick_decay once = quick_decay_of(fused, y, i_k1 * i_d);
-        double fading = once.e, T = fading * z.e, g = fading * z.mean;
-        double g_x = -fading * z.fall, g_y = -g - g_x;
-        double twice = fading * fading, more = 1.0 + fading, left = 1.0 + twice;
-        double p = 0.5 * once.mean * more;
-        double p_fall = 0.25 * (once.fall * more + fading * once.mean);
-
-        /* 1 over 1+r1, 1+r2, 3 + 2A r1 and L by one division. */
-        double plus1 = 1.0 + r1, plus2 = 1.0 + r2, surface = 3.0 + A2 * r1;
-        double edge = 1.0 + A2 * (1.0 / 3.0) * r2, slope = x * r2 + A2 * (sa1[i] * d);
-        double L = left * edge + 2.0 * p * slope;
-        double plus = plus1 * plus2, outer = surface * L, together = 1.0 / (plus * outer);
-        double i_plus = together * outer, i_outer = together * plus;
-        double i_plus1 = i_plus * plus2, i_plus2 = i_plus * plus1;
-        double i_surface = i_outer * L, i_L = i_outer * surface;
-
-        double m1 = mu1 * i_plus1, H = 3.0 * m1 * i_surface;
-        double quotient = (1.0 + (r1 + r2 + r1 * r2) * (1.0 / 3.0)) * i_plus;
-        double clear = A2 * fading * i_surface, layer = clear + x * g;
-        double G = m1 * layer + T * quotient, w = 2.0 * fading * i_L, difference = r1 - r2;
-        R[i] = entering * (H + w * difference * G);
-        beyond |= y >= 1.0 / 128.0 ? 0 : 1;
-        beyond |= r1 >= 1.0 / 64.0 ? 0 : 1;
-        beyond |= x <= 150.0 ? 0 : 1;
-        beyond |= r2 >= 1e-6 ? 0 : 1;
-        if (!slopes)
-            continue;
-
-        /* By sigma_a1: x changes by d. */
-        double r1_by = 1.5 * mu1 * i_k1; /* 1.5 mu1/(r1 sigma_t1') */
-        double y_by = d * (r1 + st1 * r1_by);
-        double m1_by = -(mu1 * i1 + m1 * r1_by) * i_plus1, lost = A2 * r1_by * i_surface;
-        double H_by = 3.0 * (m1_by - m1 * lost) * i_surface;
-        double layer_by = d * g + x * (d * g_x + y_by * g_y) - clear * (y_by + lost);
-        double quotient_by = r1_by * i_plus1 * (1.0 / 3.0 - quotient);
-        double G_by = m1_by * layer + m1 * layer_by + T * (quotient_by - d * quotient);
-        double L_by = 2.0 * (p * d * (r2 + A2) - y_by * (twice * edge + 2.0 * p_fall * slope));
-        double by =
-            entering * (H_by + w * (r1_by * G + difference * (G_by - G * (y_by + L_by * i_L))));
-        by_sa1[i] = by;
-
-        /* By r2, and so by both of the dermis. */
-        double phi = 3.0 * m1 * layer + (A * left + 3.0 * x * p) * (2.0 * i_L) * difference * G;
-        double out = entering * w;
-        double by_r2 =
-            out * (T * (1.0 + 2.0 / 3.0 * r2 + b2) * (i_plus2 * i_plus2) + phi * (1.0 / 3.0));
-        by_sa2[i] = -1.5 * mu2 * i2 * by_r2 * i_r2;
-
-        if (all) { /* d dR/dd is the sum of what the coefficients times their derivatives are */
-            double by_thickness = out * st1 * (b2 * mu1 - b1 * mu2) * (T + phi);
-            by_d[i] = by_thickness;
-            by_ss[i] = (d * by_thickness - sa1[i] * by) / ss1[i] + 0.5 * by_r2 * r2 * i2;
-            beyond |= mu1 >= 1.0 / 64.0 ? 0 : 1;
+        struct quick_band at =
+            quick_two_layer(fused, slopes, all, A, entering, d, sa1[i], ss1[i], sa2[i], ss2[i]);
+        R[i] = at.R;
+        if (slopes) {
+            by_sa1[i] = at.by_sa1;
+            by_sa2[i] = at.by_sa2;
         }
+        if (all) {
+            by_ss[i] = at.by_ss;
+            by_d[i] = at.by_d;
+        }
+        beyond |= at.beyond;
     }
     return beyond == 0;
 }
