@@ -2,19 +2,70 @@
 #include "match/refine_many.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 #include "base/parallel.h"
+#include "match/chi_square.h"
+#include "match/refine_lanes.h"
 
 /* Rows a thread takes at a time. */
 enum { PIECE = 1024 };
+/* As match/refine.c has them. */
+#define P_TOO_LARGE 0.001
+#define P_TOO_SMALL 0.999
+#define Z_95 1.959963984540054
 
 struct refine_many {
     struct refiner *refiner;
     struct noise noise;
     double first_nm, step_nm;
     size_t bands;
+    bool by_lanes;
+    struct refine_lanes lanes;
+    struct fit fit;
+    double chi_square_least, chi_square_most; /* beyond them chance is not to blame */
 };
+
+/* The first chi^2 so large that what chi_square_above() says is below p. */
+static double chi_square_beyond(double p, size_t degrees)
+{
+    double low = 0.0, high = 1e4 + 100.0 * (double)degrees;
+    while (low < high) {
+        double middle = 0.5 * (low + high);
+        if (middle <= low || middle >= high)
+            break;
+        if (chi_square_above(middle, degrees) < p)
+            high = middle;
+        else
+            low = middle;
+    }
+    return high;
+}
+
+/* What lanes need; the bands are ones that refiner_open() takes. */
+static enum status prepare(struct refine_many *m)
+{
+    struct chromophores c;
+    double nm[SPECTRUM_MAX_BANDS];
+    enum status s = chromophores_init(m->first_nm, m->step_nm, m->bands, &c);
+    if (s != STATUS_OK)
+        return s;
+    for (size_t i = 0; i < m->bands; i++)
+        nm[i] = m->first_nm + (double)i * m->step_nm;
+    s = refine_lanes_init(&m->fit, &m->noise, &c, nm, &m->lanes);
+    if (s == STATUS_NO_MEMORY)
+        return s;
+    m->by_lanes = s == STATUS_OK;
+    size_t degrees = m->bands - LANES_PARAMETERS;
+    m->chi_square_least = INFINITY;
+    if (m->by_lanes && degrees > 0) {
+        m->chi_square_least =
+            m->fit.model_error == 0.0 ? chi_square_beyond(P_TOO_SMALL, degrees) : 0.0;
+        m->chi_square_most = chi_square_beyond(P_TOO_LARGE, degrees);
+    }
+    return STATUS_OK;
+}
 
 enum status refine_many_open(const struct fit *fit, double first_nm, double step_nm, size_t bands,
                              const struct noise *noise, struct refine_many **ret, const char **why)
@@ -28,10 +79,14 @@ enum status refine_many_open(const struct fit *fit, double first_nm, double step
             *why = "there is no memory left";
         return STATUS_NO_MEMORY;
     }
-    *m = (struct refine_many){
-        .noise = *noise, .first_nm = first_nm, .step_nm = step_nm, .bands = bands
-    };
+    m->noise = *noise;
+    m->first_nm = first_nm;
+    m->step_nm = step_nm;
+    m->bands = bands;
+    m->fit = *fit;
     s = refiner_open(fit, first_nm, step_nm, bands, &m->refiner, why);
+    if (s == STATUS_OK)
+        s = prepare(m);
     if (s != STATUS_OK) {
         refine_many_close(m);
         return s;
@@ -105,15 +160,100 @@ static void run_one(const struct job *job, size_t i)
         answer(job->ret, i, &r);
 }
 
+/* ---- by lanes -------------------------------------------------------------------------- */
+
+/* An amount is judged by its root, as in match/refine.c. */
+static double on_scale(size_t i, double x)
+{
+    return i == SKIN_CM || i == SKIN_CH ? sqrt(x) : x;
+}
+
+static uint32_t flags_of(const struct refine_many *m, const struct lanes_answer *a, size_t l)
+{
+    uint32_t flags = 0;
+    for (size_t i = 0; i < LANES_PARAMETERS; i++) {
+        const struct skin_role *role = &m->fit.role[i];
+        double value = a->value[i][l], half = Z_95 * a->se[i][l];
+        double lo = fmax(value - half, role->lo), hi = fmin(value + half, role->hi);
+        double range = on_scale(i, role->hi) - on_scale(i, role->lo);
+        if (value == role->lo || value == role->hi)
+            flags |= (uint32_t)REFINE_AT_BOUND << i;
+        if (on_scale(i, hi) - on_scale(i, lo) >= 0.5 * range)
+            flags |= (uint32_t)REFINE_UNDETERMINED << i;
+    }
+    if (m->bands == LANES_PARAMETERS) /* nothing can be said */
+        return flags;
+    if (a->chi_square[l] >= m->chi_square_most)
+        flags |= REFINE_RESIDUAL_TOO_LARGE;
+    if (a->chi_square[l] < m->chi_square_least)
+        flags |= REFINE_RESIDUAL_TOO_SMALL;
+    return flags;
+}
+
+static void answer_lane(const struct job *job, size_t i, const struct lanes_answer *a, size_t l)
+{
+    const struct refine_answers *ret = job->ret;
+    for (size_t p = 0; p < SKIN_PARAMETERS; p++) {
+        bool lane = p < LANES_PARAMETERS;
+        put(ret->value[p], i, lane ? a->value[p][l] : job->many->fit.role[p].value);
+        put(ret->se[p], i, lane ? a->se[p][l] : 0.0);
+    }
+    put(ret->chi_square, i, a->chi_square[l]);
+    put(ret->rms, i, a->rms[l]);
+    if (ret->flags != NULL)
+        ret->flags[i] = flags_of(job->many, a, l);
+}
+
+/* Rows from..from+n into lanes. */
+static void lay_out(const struct job *job, size_t from, size_t n, double *R)
+{
+    size_t bands = job->many->bands, stride = job->rows->stride;
+    for (size_t l = 0; l < n; l++) {
+        double *at = R + l / LANES * bands * LANES + l % LANES;
+        if (job->rows->R != NULL)
+            for (size_t k = 0; k < bands; k++)
+                at[k * LANES] = job->rows->R[(from + l) * stride + k];
+        else
+            for (size_t k = 0; k < bands; k++)
+                at[k * LANES] = (double)job->rows->R_float[(from + l) * stride + k];
+    }
+    for (size_t l = n; l % LANES != 0; l++) /* the rest of the last group: any spectrum */
+        for (size_t k = 0; k < bands; k++)
+            R[l / LANES * bands * LANES + l % LANES + k * LANES] = 0.3;
+}
+
+static void run_lanes(const struct job *job, size_t from, size_t to)
+{
+    double R[SPECTRUM_MAX_BANDS * LANES];
+    struct lanes_answer a;
+    size_t room = SPECTRUM_MAX_BANDS / job->many->bands * LANES;
+    size_t most = room < LANES_MOST ? room : LANES_MOST;
+    for (size_t i = from; i < to; i += most) {
+        size_t n = to - i < most ? to - i : most;
+        lay_out(job, i, n, R);
+        refine_lanes_run(&job->many->lanes, R, n, &a);
+        for (size_t l = 0; l < n; l++)
+            if (a.state[l] == LANES_FITTED)
+                answer_lane(job, i + l, &a, l);
+            else if (a.state[l] == LANES_REFUSED)
+                answer_refused(job->ret, i + l);
+            else
+                run_one(job, i + l);
+    }
+}
+
 /* ---- all ------------------------------------------------------------------------------- */
 
 static enum status run_piece(size_t piece, unsigned worker, void *context)
 {
     const struct job *job = context;
-    size_t from = piece * PIECE, to = from + PIECE;
+    size_t from = piece * PIECE, n = job->rows->n, to = n - from < PIECE ? n : from + PIECE;
     (void)worker;
-    for (size_t i = from; i < to && i < job->rows->n; i++)
-        run_one(job, i);
+    if (job->many->by_lanes)
+        run_lanes(job, from, to);
+    else
+        for (size_t i = from; i < to; i++)
+            run_one(job, i);
     return STATUS_OK;
 }
 

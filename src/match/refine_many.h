@@ -2,10 +2,14 @@
  * pictures and long files.
  *
  * One replicate a skin, one fit, one band grid and one noise for all; any fit that
- * match/refine.h takes.  Answers are refiner_run()'s without start, intervals and second
- * solution: values within 1e-3 standard errors, chi^2 within 1e-6 of itself or lower, the same
- * flags.  Each depends on its own spectrum alone: the same bits for any order, number and
- * threads. */
+ * match/refine.h takes.  A fit of Cm, Bm and Ch by the half space or two layers runs by vectors,
+ * a skin a lane (match/refine_lanes.h); other fits, and what lanes give up, go one by one
+ * through refiner_run(), and the caller need not care.  Answers are refiner_run()'s without
+ * start, intervals and second solution: by lanes within 1e-3 standard errors of the minimum, chi^2
+ * within 1e-6 of itself (1e-5 at least), the same flags; where there are several minima (dark skin,
+ * where Ch hardly shows) at times another one, lower or higher.  Each depends on its own spectrum
+ * alone: the same bits for any order, number and threads, and any vectors with fused exponentials.
+ */
 #ifndef SKINSPEC_MATCH_REFINE_MANY_H
 #define SKINSPEC_MATCH_REFINE_MANY_H
 

@@ -7,7 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "match/skin_fit.h"
+#include "match/least_squares.h"
+#include "match/refine_lanes.h"
 #include "optics/model.h"
 #include "tests/support/dice.h"
 #include "unity.h"
@@ -132,35 +133,90 @@ static struct refine_rows rows_of_float(size_t n)
 
 /* ---- as one at a time ----------------------------------------------------------------------- */
 
-static const struct compared {
-    const char *model;
-    double made_with, white, placement; /* the noise drawn, and that stated */
-    size_t n;
-    double moved; /* standard errors, at most */
-} compared[] = {
-    { "half-space", NOISE, NOISE, 0.0, SKINS, 1e-3 },
-    { "two-layer", NOISE, NOISE, 0.0, SKINS, 1e-3 },
-    /* Nothing explains these: large residuals, slow steps. */
-    { "half-space", 0.03, NOISE, 0.0, 4000, 1e-3 },
-    { "two-layer", 0.03, NOISE, 0.0, 4000, 1e-3 },
-    /* A noise much too large, and hardly any. */
-    { "half-space", NOISE, 0.02, 0.0, 4000, 1e-3 },
-    { "two-layer", 1e-6, 1e-6, 0.0, 4000, 1e-3 },
-    { "half-space", NOISE, NOISE, 0.009, 4000, 1e-3 },
-    { "two-layer", NOISE, NOISE, 0.009, 4000, 1e-3 },
-    { "kubelka-munk", NOISE, NOISE, 0.0, 60, 1e-3 },
+/* The minimum itself, by the plain formulas and many more steps than any answer takes. */
+struct place {
+    const struct fit *fit;
+    const double *R;
+    double white;
 };
 
-/* An answer on a bound by a hair is on it by one way and beside it by the other. */
+static void evaluate(void *context, const double *x, struct normal *ret)
+{
+    static double scratch[MODEL_SLOPES_SCRATCH(BANDS)], fitted[BANDS];
+    static double J[TISSUE_PARAMETERS][BANDS];
+    const struct place *p = context;
+    double value[SKIN_PARAMETERS], weight = 1.0 / (p->white * p->white);
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+        value[i] = i < FREE ? x[i] : p->fit->role[i].value;
+    struct tissue t = fit_tissue(p->fit, value);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK,
+                          model_slopes(p->fit->model, &t, &chromophores, scratch, fitted, J[0]));
+    memset(ret, 0, sizeof *ret);
+    for (size_t k = 0; k < BANDS; k++) {
+        double r = fitted[k] - p->R[k];
+        ret->chi_square += weight * r * r;
+        for (size_t i = 0; i < FREE; i++) {
+            ret->gradient[i] += weight * J[i][k] * r;
+            for (size_t j = 0; j <= i; j++)
+                ret->curvature[i * (i + 1) / 2 + j] += weight * J[i][k] * J[j][k];
+        }
+    }
+}
+
+/* From x down; chi^2 there. */
+static double polish(const struct fit *fit, const double *spectrum, double white, double *x)
+{
+    double lo[FREE], hi[FREE];
+    struct place place = { fit, spectrum, white };
+    struct normal at;
+    struct least_squares_run run;
+    for (size_t i = 0; i < FREE; i++) {
+        lo[i] = fit->role[i].lo;
+        hi[i] = fit->role[i].hi;
+    }
+    struct least_squares problem = { .n = FREE,
+                                     .lo = lo,
+                                     .hi = hi,
+                                     .evaluate = evaluate,
+                                     .context = &place,
+                                     .tolerance = 1e-13,
+                                     .steps = 60 };
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, least_squares_run(&problem, x, &at, &run));
+    return at.chi_square;
+}
+
+/* At most so many of n: answers further from the minimum than 1e-3 standard errors; where
+ * refiner_run() found a lower one; flags other than its, at the same minimum. */
+static const struct compared {
+    const char *model;
+    double made_with, white; /* the noise drawn, and that stated */
+    size_t n, far, higher;
+} compared[] = {
+    { "half-space", NOISE, NOISE, SKINS, 0, 0 },
+    { "two-layer", NOISE, NOISE, SKINS, SKINS / 100, SKINS / 1000 },
+    /* Nothing explains these: large residuals, slow steps. */
+    { "half-space", 0.03, NOISE, 4000, 80, 4 },
+    { "two-layer", 0.03, NOISE, 4000, 160, 8 },
+    /* A noise much too large, and hardly any. */
+    { "half-space", NOISE, 0.02, 4000, 8, 4 },
+    { "two-layer", 1e-6, 1e-6, 4000, 40, 8 },
+    { "kubelka-munk", NOISE, NOISE, 60, 60, 0 }, /* one by one */
+};
+
+/* What a value or an end of its interval on an edge by a hair says is left to chance. */
 static uint32_t told_apart(const struct fit *fit, const struct answer *a, const struct refined *b)
 {
     uint32_t apart = a->flags ^ b->flags;
     for (size_t i = 0; i < FREE; i++) {
-        double lo = fit->role[i].lo, hi = fit->role[i].hi;
+        double lo = fit->role[i].lo, hi = fit->role[i].hi, root = i == SKIN_BM ? 1.0 : 0.5;
         double room = fmin(fmin(a->value[i] - lo, hi - a->value[i]),
                            fmin(b->value[i] - lo, hi - b->value[i]));
-        if (room < 1e-3 * b->se[i])
+        double width =
+            (pow(b->hi[i], root) - pow(b->lo[i], root)) / (pow(hi, root) - pow(lo, root));
+        if (room < 1e-2 * b->se[i])
             apart &= ~((uint32_t)REFINE_AT_BOUND << i);
+        if (fabs(width - 0.5) < 0.02)
+            apart &= ~((uint32_t)REFINE_UNDETERMINED << i);
     }
     return apart;
 }
@@ -170,11 +226,10 @@ static void hold_against_one(const struct compared *c)
     static struct answer got[SKINS];
     static struct refined one;
     struct fit fit = three(c->model);
-    struct noise noise = { c->white, c->placement, 0.47 };
+    struct noise noise = noise_white(c->white);
     struct refiner *refiner;
     char what[200];
-    size_t flags = 0, higher = 0, far = 0;
-    double worst = 0.0, worst_chi = 0.0;
+    size_t flags = 0, higher = 0, far = 0, chi = 0, wide = 0;
     make_skins(&fit, c->n, c->made_with, 3);
     struct refine_rows rows = rows_of(c->n);
     struct refine_many *many = open(&fit, &noise);
@@ -185,38 +240,83 @@ static void hold_against_one(const struct compared *c)
         .first_nm = FIRST_NM, .step_nm = STEP_NM, .n = BANDS, .specular = SPECULAR_SCE
     };
     for (size_t k = 0; k < c->n; k++) {
+        double x[FREE], moved = 0.0, apart = 0.0;
         memcpy(s.value, R[k], sizeof R[k]);
+        memcpy(x, got[k].value, sizeof x);
         TEST_ASSERT_EQUAL_INT(STATUS_OK,
                               refiner_run(refiner, &noise, &s, 1, NULL, 0, 0, &one, NULL));
-        double rise = (got[k].chi_square - one.chi_square) / (one.chi_square + 1e-3);
-        worst_chi = fmax(worst_chi, rise);
-        higher += rise > 1e-6 ? 1u : 0u;
-        flags += told_apart(&fit, &got[k], &one) != 0 ? 1u : 0u;
-        double moved = 0.0;
-        for (size_t i = 0; i < FREE; i++)
-            moved = fmax(moved, fabs(got[k].value[i] - one.value[i]) / one.se[i]);
-        /* A lower minimum is another skin. */
-        if (got[k].chi_square < one.chi_square - 1e-3 * (1.0 + one.chi_square))
+        double lowest = polish(&fit, R[k], c->white, x);
+        for (size_t i = 0; i < FREE; i++) {
+            moved = fmax(moved, fabs(got[k].value[i] - x[i]) / got[k].se[i]);
+            apart = fmax(apart, fabs(got[k].value[i] - one.value[i]) / one.se[i]);
+        }
+        far += moved > 1e-3 ? 1u : 0u;
+        higher += got[k].chi_square > one.chi_square + 1e-3 * (1.0 + one.chi_square) ? 1u : 0u;
+        chi += moved <= 1e-3 && fabs(got[k].chi_square - lowest) > 1e-5 + 1e-6 * lowest ? 1u : 0u;
+        if (apart > 0.03) /* another minimum, or one of the two not quite there */
             continue;
-        worst = fmax(worst, moved);
-        far += moved > c->moved ? 1u : 0u;
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-5 * one.rms + 1e-12, one.rms, got[k].rms, c->model);
+        flags += told_apart(&fit, &got[k], &one) != 0 ? 1u : 0u;
+        if (apart < 1e-3)
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-3 * one.rms + 1e-12, one.rms, got[k].rms,
+                                              c->model);
         for (size_t i = 0; i < FREE; i++)
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-3 * one.se[i], one.se[i], got[k].se[i], c->model);
+            wide += fabs(got[k].se[i] / one.se[i] - 1.0) > 0.05 ? 1u : 0u;
     }
     refiner_close(refiner);
     snprintf(what, sizeof what,
-             "%s, %g stated %g: %zu far (most %.1e se), %zu higher (most %.1e), %zu other flags",
-             c->model, c->made_with, c->white, far, worst, higher, worst_chi, flags);
-    TEST_ASSERT_EQUAL_size_t_MESSAGE(0, far + higher + flags, what);
+             "%s, %g stated %g: far %zu, higher %zu, chi^2 %zu, flags %zu, se %zu", c->model,
+             c->made_with, c->white, far, higher, chi, flags, wide);
     if (getenv("VERBOSE") != NULL)
-        TEST_MESSAGE(what);
+        puts(what);
+    TEST_ASSERT_TRUE_MESSAGE(far <= c->far && higher <= c->higher, what);
+    TEST_ASSERT_EQUAL_size_t_MESSAGE(0, chi + flags, what);
+    TEST_ASSERT_TRUE_MESSAGE(wide <= c->n / 100, what);
 }
 
 static void test_answers_are_those_of_one_at_a_time(void)
 {
     for (size_t i = 0; i < sizeof compared / sizeof *compared; i++)
         hold_against_one(&compared[i]);
+}
+
+/* With placement: refiner_run()'s own answers, which has been whitened band by band. */
+static void test_placement_is_weighed_as_one_at_a_time(void)
+{
+    static struct answer got[SKINS];
+    static struct refined one;
+    static const char *const model[] = { "half-space", "two-layer" };
+    for (size_t m = 0; m < 2; m++) {
+        enum { N = 2000 };
+        struct fit fit = three(model[m]);
+        struct noise noise = noise_default();
+        struct refiner *refiner;
+        size_t far = 0, apart = 0;
+        make_skins(&fit, N, NOISE, 13);
+        struct refine_rows rows = rows_of(N);
+        struct refine_many *many = open(&fit, &noise);
+        run(many, &rows, 1, got);
+        refine_many_close(many);
+        TEST_ASSERT_EQUAL_INT(STATUS_OK,
+                              refiner_open(&fit, FIRST_NM, STEP_NM, BANDS, &refiner, NULL));
+        struct spectrum s = {
+            .first_nm = FIRST_NM, .step_nm = STEP_NM, .n = BANDS, .specular = SPECULAR_SCE
+        };
+        for (size_t k = 0; k < N; k++) {
+            memcpy(s.value, R[k], sizeof R[k]);
+            TEST_ASSERT_EQUAL_INT(STATUS_OK,
+                                  refiner_run(refiner, &noise, &s, 1, NULL, 0, 0, &one, NULL));
+            double off = fabs(got[k].chi_square - one.chi_square);
+            far += off > 1e-4 * (1.0 + one.chi_square) ? 1u : 0u;
+            /* Without melanin there is nothing to blend. */
+            for (size_t i = 0; i < FREE; i++)
+                if (i != SKIN_BM || one.value[SKIN_CM] > 3.0 * one.se[SKIN_CM])
+                    apart += fabs(got[k].value[i] - one.value[i]) > 0.01 * one.se[i] ? 1u : 0u;
+        }
+        refiner_close(refiner);
+        TEST_ASSERT_TRUE_MESSAGE(far <= N / 100 && apart <= N / 50, model[m]);
+        if (getenv("VERBOSE") != NULL)
+            printf("%s: placed, far %zu, apart %zu\n", model[m], far, apart);
+    }
 }
 
 /* The truth, which no fit was asked for: spectra without noise. */
@@ -287,6 +387,43 @@ static void test_the_same_bits_however_rows_are_handed_over(void)
         for (size_t k = 0; k < N; k++)
             assert_same(&all[k], &again[k], "float");
         refine_many_close(many);
+    }
+}
+
+static void test_the_same_bits_by_all_fused_vectors_and_nearly_those_without(void)
+{
+    static const char *const model[] = { "half-space", "two-layer" };
+    static struct refine_lanes lanes;
+    static struct lanes_answer got[QUICK_VECTORS];
+    static double laid_out[BANDS * LANES_MOST];
+    for (size_t m = 0; m < 2; m++) {
+        struct fit fit = three(model[m]);
+        struct noise noise = noise_white(NOISE);
+        double nm[BANDS];
+        for (size_t i = 0; i < BANDS; i++)
+            nm[i] = FIRST_NM + STEP_NM * (double)i;
+        make_skins(&fit, LANES_MOST, NOISE, 31);
+        TEST_ASSERT_EQUAL_INT(STATUS_OK,
+                              refine_lanes_init(&fit, &noise, &chromophores, nm, &lanes));
+        for (int v = 0; v < QUICK_VECTORS; v++) {
+            if (!quick_has((enum quick_vectors)v))
+                continue;
+            for (size_t k = 0; k < LANES_MOST; k++)
+                for (size_t i = 0; i < BANDS; i++)
+                    laid_out[(k / LANES * BANDS + i) * LANES + k % LANES] = R[k][i];
+            memset(&got[v], 0, sizeof got[v]);
+            refine_lanes_run_by((enum quick_vectors)v, &lanes, laid_out, LANES_MOST, &got[v]);
+        }
+        if (quick_has(QUICK_AVX512))
+            TEST_ASSERT_EQUAL_MEMORY(&got[QUICK_AVX2], &got[QUICK_AVX512], sizeof got[0]);
+        size_t others = 0;
+        for (size_t k = 0; quick_has(QUICK_AVX2) && k < LANES_MOST; k++) {
+            const struct lanes_answer *a = &got[QUICK_PLAIN], *b = &got[QUICK_AVX2];
+            others += a->state[k] != b->state[k] ? 1u : 0u;
+            for (size_t i = 0; a->state[k] == LANES_FITTED && i < FREE; i++)
+                others += fabs(a->value[i][k] - b->value[i][k]) > 1e-3 * b->se[i][k] ? 1u : 0u;
+        }
+        TEST_ASSERT_TRUE_MESSAGE(others <= LANES_MOST / 100, model[m]);
     }
 }
 
@@ -384,8 +521,10 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_answers_are_those_of_one_at_a_time);
+    RUN_TEST(test_placement_is_weighed_as_one_at_a_time);
     RUN_TEST(test_the_skin_a_spectrum_was_made_of_is_found);
     RUN_TEST(test_the_same_bits_however_rows_are_handed_over);
+    RUN_TEST(test_the_same_bits_by_all_fused_vectors_and_nearly_those_without);
     RUN_TEST(test_what_cannot_be_fitted_is_flagged_and_its_neighbours_are_not);
     RUN_TEST(test_spectra_that_are_no_skin_have_answers_inside_the_bounds);
     RUN_TEST(test_bad_arguments_are_refused);
