@@ -11,6 +11,7 @@
 #include "cli/command.h"
 #include "cli/find_table.h"
 #include "cli/match_out.h"
+#include "cli/match_scene.h"
 #include "cli/option_refine.h"
 #include "cli/options.h"
 #include "cli/progress_bar.h"
@@ -25,7 +26,9 @@ enum {
     OPTION_RGB,
     OPTION_K,
     OPTION_SPECULAR,
-    OPTION_SURFACE
+    OPTION_SURFACE,
+    OPTION_SCENE,
+    OPTION_PLAN
 };
 
 static const struct argp_option options[] = {
@@ -40,6 +43,9 @@ static const struct argp_option options[] = {
       "Whether the mirror reflection is excluded or included, where no column says so", 0 },
     { "surface", OPTION_SURFACE, "S", 0,
       "For sci: the surface reflection to take off, 0..0.1 (skin: about 0.04)", 0 },
+    { "scene", OPTION_SCENE, "FILE", 0,
+      "What is wanted and known, as JSON (docs/scenes.md); with --json or --ndjson", 0 },
+    { "plan", OPTION_PLAN, NULL, 0, "With --scene: show what would be done, and do not do it", 0 },
     { "threads", OPTION_THREADS, "N", 0, "Threads (all cores); the answers are the same", 0 },
     { "strict", OPTION_STRICT, NULL, 0, "Stop at the first bad row", 0 },
     OPTION_ROWS_JSON,
@@ -47,8 +53,8 @@ static const struct argp_option options[] = {
 };
 
 struct arguments {
-    const char *path, *table, *tables;
-    bool by_given, rgb_float, strict;
+    const char *path, *table, *tables, *scene;
+    bool by_given, rgb_float, strict, plan;
     enum match_by by;
     size_t k;
     struct refine_wish wish;
@@ -81,6 +87,15 @@ static void check_arguments(struct argp_state *state, const struct arguments *a)
     if (a->rgb_float && a->by_given && a->by != MATCH_RGB)
         argp_error(state, "--rgb float goes with --by rgb");
     option_refine_check(state, &a->wish);
+    if (a->plan && a->scene == NULL)
+        argp_error(state, "--plan goes with --scene");
+    if (a->scene == NULL)
+        return;
+    if (a->by_given || a->rgb_float || a->k > 0 || a->wish.kind != REFINE_NOT)
+        argp_error(state, "--by, --rgb, --k and --refine do not go with --scene: say by, k and "
+                          "fit in the scene");
+    if (a->format == OUT_PLAIN && !a->plan)
+        argp_error(state, "an answer to --scene is an object; add --json or --ndjson");
 }
 
 static error_t parse(int key, char *text, struct argp_state *state)
@@ -115,6 +130,12 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case OPTION_THREADS:
         a->threads = (unsigned)option_count(state, "threads", text, 1, PARALLEL_MAX_THREADS);
         break;
+    case OPTION_SCENE:
+        a->scene = text;
+        break;
+    case OPTION_PLAN:
+        a->plan = true;
+        break;
     case OPTION_STRICT:
         a->strict = true;
         break;
@@ -140,7 +161,8 @@ enum { BATCH = 256 };
 
 struct answer {
     struct match match;
-    struct refined_match refined; /* in place of it, where there is a wish */
+    struct refined_match refined;    /* in place of it, where there is a wish */
+    struct match_scene_answer scene; /* in place of both, where there is a scene */
     struct nearest_hit hits[MATCH_OUT_MAX_K];
     enum status status;
     const char *why; /* NULL: the status says it all */
@@ -151,7 +173,8 @@ struct job {
     struct spectra *spectra;
     const struct table *table;
     struct matcher matcher;
-    struct refiner *refiner; /* NULL: no wish */
+    struct refiner *refiner;   /* NULL: no wish */
+    struct match_scene *scene; /* NULL: none, else in place of table, matcher and refiner */
     struct out out;
     struct match_columns columns;
     struct spectra_row row[BATCH];
@@ -205,7 +228,9 @@ static enum status answer_row(size_t i, unsigned worker, void *context)
     answer->why = NULL;
     if (!job->row[i].good)
         return STATUS_OK;
-    if (job->refiner != NULL)
+    if (job->scene != NULL)
+        answer->status = match_scene_run(job->scene, spectrum, &answer->scene, &answer->why);
+    else if (job->refiner != NULL)
         answer->status = refined_match(&job->matcher, job->refiner, &a->wish, spectrum, 1, spectrum,
                                        k, answer->hits, &answer->refined, &answer->why);
     else
@@ -230,7 +255,9 @@ static void print_answer(struct job *job, size_t i)
         return;
     }
     cJSON *object = row_out_object(row);
-    if (refined)
+    if (job->scene != NULL)
+        match_scene_json(job->scene, &answer->scene, object);
+    else if (refined)
         match_out_refined_json(object, job->table, &answer->refined, answer->hits, k);
     else
         match_out_json(object, job->table, &answer->match, answer->hits, k);
@@ -391,6 +418,32 @@ static int match_file(const struct arguments *a, struct spectra *spectra, const 
     return exit_status;
 }
 
+/* Planned first: what the plan does not need is not loaded. */
+static int match_by_scene(const struct arguments *a, struct spectra *spectra)
+{
+    struct job *job = calloc(1, sizeof *job);
+    if (job == NULL) {
+        log_error("%s", status_text(STATUS_NO_MEMORY));
+        return EXIT_FAILURE;
+    }
+    job->arguments = a;
+    job->spectra = spectra;
+    job->all_good = true;
+    int exit_status =
+        match_scene_open(a->scene, a->table, a->tables, spectra_bands(spectra), &job->scene);
+    if (exit_status == EXIT_SUCCESS && a->plan)
+        match_scene_show(job->scene, a->format);
+    else if (exit_status == EXIT_SUCCESS)
+        exit_status = match_scene_prepare(job->scene);
+    if (exit_status == EXIT_SUCCESS && !a->plan)
+        exit_status = run(job);
+    match_scene_close(job->scene);
+    for (size_t i = 0; i < BATCH; i++)
+        spectra_row_done(&job->row[i]);
+    free(job);
+    return exit_status;
+}
+
 int cmd_match(int argc, char **argv)
 {
     static const struct argp argp = {
@@ -424,16 +477,19 @@ int cmd_match(int argc, char **argv)
         "skin fits nearly as well), not_converged.  --json has the residual by band, the second "
         "solution and the flags in words as well (docs/protocol.md, match); docs/inversion.md says "
         "what to make of it.\n\n"
+        "With --scene no more is computed than the scene wants, by the cheapest way that meets "
+        "its error bound or time budget; `plan` in an answer says what ran, what was left out and "
+        "why.\n\n"
         "Examples:\n"
         "  skinspec match docs/examples/skin.csv --k 3\n"
+        "  skinspec match docs/examples/skin.csv --scene docs/examples/scene.json --json\n"
         "  skinspec match docs/examples/skin.csv --refine --noise 0.003 --json\n"
         "  skinspec match sci.csv --specular sci --surface 0.04 --by de2000 --json\n",
         NULL,
         NULL,
         NULL
     };
-    struct arguments a = { .table = FIND_TABLE_DEFAULT,
-                           .surface = NAN,
+    struct arguments a = { .surface = NAN,
                            .wish = refine_wish_none(),
                            .threads = parallel_cores() };
     struct spectra *spectra = NULL;
@@ -446,7 +502,10 @@ int cmd_match(int argc, char **argv)
     if (a.specular == SPECULAR_UNKNOWN && !spectra_has_specular(spectra)) {
         log_error("%s: %s", spectra_path(spectra), tell_specular);
         exit_status = EXIT_USAGE;
-    } else if (find_table(a.table, a.tables, path) == STATUS_OK &&
+    } else if (a.scene != NULL) {
+        exit_status = match_by_scene(&a, spectra);
+    } else if (find_table(a.table != NULL ? a.table : FIND_TABLE_DEFAULT, a.tables, path) ==
+                   STATUS_OK &&
                table_file_read(path, &table) == STATUS_OK) {
         exit_status = match_file(&a, spectra, &table);
     }

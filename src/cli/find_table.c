@@ -28,24 +28,36 @@ static enum status not_found(const char *table)
     return STATUS_NOT_FOUND;
 }
 
-enum status find_table(const char *table, const char *tables_folder,
-                       char path[FIND_TABLE_PATH_SIZE])
+/* In the folders, by a name. */
+static bool look(const char *table, const char *tables_folder, char path[FIND_TABLE_PATH_SIZE])
 {
     char state[FIND_TABLE_PATH_SIZE];
     const char *state_folder = getenv("SKINSPEC_STATE");
     snprintf(state, sizeof state, "%s/tables", state_folder != NULL ? state_folder : ".");
     const char *folders[] = { tables_folder, state_folder != NULL ? state : NULL,
                               "/var/lib/skinspec/tables", "build/tables" };
-    if (is_path(table)) {
-        int n = snprintf(path, FIND_TABLE_PATH_SIZE, "%s", table);
-        return n < FIND_TABLE_PATH_SIZE ? STATUS_OK : not_found(table);
-    }
     for (size_t i = 0; i < sizeof folders / sizeof *folders; i++) {
         if (folders[i] == NULL)
             continue;
         int n = snprintf(path, FIND_TABLE_PATH_SIZE, "%s/table-%s.db", folders[i], table);
         if (n < FIND_TABLE_PATH_SIZE && access(path, F_OK) == 0)
-            return STATUS_OK;
+            return true;
     }
-    return not_found(table);
+    return false;
+}
+
+enum status find_table(const char *table, const char *tables_folder,
+                       char path[FIND_TABLE_PATH_SIZE])
+{
+    if (is_path(table)) {
+        int n = snprintf(path, FIND_TABLE_PATH_SIZE, "%s", table);
+        return n < FIND_TABLE_PATH_SIZE ? STATUS_OK : not_found(table);
+    }
+    return look(table, tables_folder, path) ? STATUS_OK : not_found(table);
+}
+
+bool find_table_if_there(const char *table, const char *tables_folder,
+                         char path[FIND_TABLE_PATH_SIZE])
+{
+    return look(table, tables_folder, path);
 }

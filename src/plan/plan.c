@@ -192,7 +192,8 @@ static void estimate(const struct choice *c, struct plan *p)
                                            .dE00 = cost->dE00,
                                            .rms = cost->rms_R };
     for (size_t i = 0; i < 3; i++)
-        p->estimated.coefficient[i] = scene_is_held(c->scene, i) ? (double)NAN : cost->rmse[i];
+        p->estimated.coefficient[i] =
+            scene_is_held(c->scene, i) ? (double)NAN : choice_error(c->scene, cost, i);
 }
 
 enum status plan_make(const struct scene *scene, const struct plan_at_hand *at_hand,

@@ -131,8 +131,8 @@ bool plan_runs(const struct plan *plan, enum plan_part part);
 /* Why omission i was left out, without full stop. */
 void plan_omission_words(const struct plan *plan, size_t i, char text[PLAN_WORDS_SIZE]);
 
-/* One spectrum of 31 bands to L*a*b* and sRGB, microseconds: the median of tests/bench/planner.c,
+/* One spectrum of 31 bands to L*a*b*, microseconds: the median of tests/bench/planner.c,
  * Intel Xeon (family 6, model 207), gcc 12.2. */
-#define PLAN_COLOUR_US 0.15
+#define PLAN_COLOUR_US 0.11
 
 #endif

@@ -175,6 +175,11 @@ static const struct cost *cost_of(const struct choice *c, const struct way *w)
     return found;
 }
 
+double choice_error(const struct scene *s, const struct cost *cost, size_t i)
+{
+    return s->model != NULL ? cost->rmse[i] : cost->rmse_transport[i];
+}
+
 static double over(double error, double bound)
 {
     if (isnan(bound))
@@ -187,12 +192,12 @@ static double excess(const struct scene *s, const struct cost *cost)
 {
     double most = fmax(over(cost->dE00, s->bound.dE00), over(cost->rms_R, s->bound.rms));
     for (size_t i = 0; i < 3; i++)
-        most = fmax(most, over(cost->rmse[i], s->bound.coefficient[i]));
+        most = fmax(most, over(choice_error(s, cost, i), s->bound.coefficient[i]));
     return most;
 }
 
-/* Of ways that take no longer than they may the least wrong: each error in parts of the
- * coefficient's range, by its root where reflectance goes by that (Cm, Ch). */
+/* Of ways that take no longer than they may the least wrong: errors in parts of the
+ * coefficients' ranges. */
 static double wrongness(const struct scene *s, const struct cost *cost)
 {
     double sum = 0.0;
@@ -200,7 +205,8 @@ static double wrongness(const struct scene *s, const struct cost *cost)
         struct scene_range whole = scene_whole_range(i);
         if (scene_is_held(s, i))
             continue;
-        sum += isnan(cost->rmse[i]) ? 1.0 : cost->rmse[i] / whole.hi;
+        double error = choice_error(s, cost, i);
+        sum += isnan(error) ? 1.0 : error / whole.hi;
     }
     return sum;
 }
@@ -225,7 +231,8 @@ static void offer(struct choice *c, struct way *w)
         c->best = *w;
         c->best_score = score;
         c->any = true;
-    } else if (!met && (!c->any_miss || miss < c->miss_score)) {
+    } else if (!met && (!c->any_miss || miss < c->miss_score ||
+                        (miss == c->miss_score && w->cost->us < c->miss.cost->us))) {
         c->miss = *w;
         c->miss_score = miss;
         c->any_miss = true;
@@ -367,7 +374,8 @@ static void list_errors(const struct scene *s, const struct cost *cost, char *te
 {
     const double bound[] = { s->bound.coefficient[0], s->bound.coefficient[1],
                              s->bound.coefficient[2], s->bound.dE00, s->bound.rms };
-    const double error[] = { cost->rmse[0], cost->rmse[1], cost->rmse[2], cost->dE00, cost->rms_R };
+    const double error[] = { choice_error(s, cost, 0), choice_error(s, cost, 1),
+                             choice_error(s, cost, 2), cost->dE00, cost->rms_R };
     static const char *const names[] = { "Cm", "Bm", "Ch", "dE00", "rms" };
     size_t used = 0;
     text[0] = '\0';
@@ -396,7 +404,7 @@ static enum status refuse_all(const struct choice *c, char *why)
                           s->budget_us, way, us);
         list_errors(s, c->miss.cost, errors, sizeof errors);
         return refuse(STATUS_RANGE, why,
-                      "nothing at hand is as good as the error bound; nearest comes %s (%s) in "
+                      "nothing at hand is as good as the error bound; the nearest is %s (%s) in "
                       "%.3g us; allow as much, or build a larger table",
                       way, errors, us);
     }

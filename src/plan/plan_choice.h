@@ -34,6 +34,10 @@ struct choice {
 enum status choice_make(const struct scene *scene, const struct plan_at_hand *at_hand,
                         struct choice *ret, char why[SCENE_WHY_SIZE]);
 
+/* What Cm, Bm or Ch (i) is wrong by: of a model that the scene names as that model's own skins
+ * go; of any model as skins by transport do, so that a model's own error counts. */
+double choice_error(const struct scene *scene, const struct cost *cost, size_t i);
+
 /* The table's recipe; the model's default one without a table. */
 struct recipe choice_recipe(const struct plan_at_hand *at_hand, const struct way *way);
 

@@ -213,6 +213,13 @@ static enum status run_fit(const struct plan_runner *r, const struct spectrum *r
     return STATUS_OK;
 }
 
+static double inside(const struct plan_runner *r, enum skin_parameter i, double x)
+{
+    const struct skin_role *role = &r->plan.fit.role[i];
+    return fmin(fmax(x, role->lo), role->hi);
+}
+
+/* The equations know no bounds. */
 static void run_closed_form(const struct plan_runner *r, const struct spectrum *s,
                             struct plan_answer *a)
 {
@@ -223,7 +230,8 @@ static void run_closed_form(const struct plan_runner *r, const struct spectrum *
         value[i] = isnan(s->value[i]) ? 0.0 : s->value[i];
     }
     start_guess(r->start, value, weight, &t);
-    take_coefficients(a, t.Cm, t.Bm, t.Ch);
+    take_coefficients(a, inside(r, SKIN_CM, t.Cm), inside(r, SKIN_BM, t.Bm),
+                      inside(r, SKIN_CH, t.Ch));
 }
 
 static void narrow(const struct plan *p, const struct spectrum *s, struct spectrum *ret)
@@ -286,6 +294,7 @@ enum status plan_run(const struct plan_runner *r, const struct spectrum *replica
         return refuse(STATUS_RANGE, "the spectrum has other bands than the plan was made for", why);
     ret->has_colour = ret->has_nearest = ret->has_refined = ret->has_coefficients = false;
     ret->nearest.found = 0;
+    ret->nearest.flags = 0;
     for (size_t i = 0; i < 3; i++)
         ret->Lab[i] = ret->rgb[i] = ret->fitted_Lab[i] = ret->coefficient[i] = NAN;
     return r->narrowed ? run_narrowed(r, replicate, n, mean, hits, ret, work, why)

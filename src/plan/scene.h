@@ -45,7 +45,8 @@ struct scene_range {
 };
 
 /* Errors allowed; NAN: not said.  Of Cm, Bm, Ch: root mean square against the truth; dE00 and
- * rms (of R): the skin found against the skin that was there.  All as plan/costs.h has them. */
+ * rms (of R): the skin found against the skin that was there.  All as plan/costs.h has them; of
+ * Cm, Bm, Ch rmse where the scene names the model, which is then believed, else rmse_transport. */
 struct scene_bound {
     double coefficient[3];
     double dE00, rms;

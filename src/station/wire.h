@@ -17,6 +17,7 @@
 #include "db/store.h"
 #include "match/match.h"
 #include "match/refined_match.h"
+#include "plan/plan_run.h"
 
 /* Flags of bands, specular and aperture do not travel with the spectrum: after reading
  * they are 0, SPECULAR_UNKNOWN and NAN. */
@@ -32,6 +33,10 @@ enum status wire_match(const struct table *table, const struct match *match,
 enum status wire_refined_match(const struct table *table, const struct refined_match *match,
                                const struct nearest_hit *hits, size_t k, cJSON **ret);
 
+/* One that was fitted without a table: neither `table` nor `nearest`. */
+enum status wire_refined_fit(const struct model *model, const struct refined_match *match,
+                             cJSON **ret);
+
 /* Either.  match.row.rgb is NAN and row_index (from `nearest`, else 0) is all that is known of the
  * row's place.  Of a refined one what is absent is NAN, `free` says which have se and interval,
  * the slope of the noise and the number of steps are not known; wish is what gives it again.
@@ -43,6 +48,22 @@ struct wire_match {
     char table[TABLE_NAME_SIZE], table_sha256[TABLE_SHA256_SIZE];
 };
 enum status wire_read_match(const cJSON *object, struct wire_match *ret);
+
+/* Scenes: docs/scenes.md.  Reading: STATUS_FORMAT for what is no scene, members that are not known
+ * among it; STATUS_RANGE as scene_check(); why[] says what is wrong and what to do. */
+enum status wire_read_scene(const cJSON *object, struct scene *ret, char why[SCENE_WHY_SIZE]);
+enum status wire_scene(const struct scene *scene, cJSON **ret);
+
+/* What ran, what was left out and why, what was to be expected; with what it took (work may be
+ * NULL, us NAN), and the scene with all that was chosen said in it. */
+enum status wire_plan(const struct plan *plan, const struct plan_work *work, double us,
+                      cJSON **ret);
+
+/* `colour`, and the members of a match as far as they were wanted; without `plan`.  table: NULL
+ * where the plan takes none. */
+enum status wire_plan_answer(const struct plan *plan, const struct table *table,
+                             const struct plan_answer *answer, const struct nearest_hit *hits,
+                             size_t k, cJSON **ret);
 
 /* raw, table_name, method, boot_id, boottime_ms and parameters_sha256 stay in the store.
  * `instrument` is maker and model; after reading, the model holds both (cut where it is

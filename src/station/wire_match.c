@@ -186,12 +186,23 @@ static void put_residual(struct maker *m, const struct refined *r)
     maker_nested(m, "residual", &object);
 }
 
+/* Whether standard errors were computed. */
+static bool has_errors(const struct refined *r)
+{
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+        if ((r->free & 1u << i) != 0 && isnan(r->se[i]))
+            return false;
+    return true;
+}
+
 static void put_fit(struct maker *m, const struct refined_match *match)
 {
     const struct refined *r = &match->refined;
-    put_skin_object(m, "se", r, r->free, put_se);
-    put_skin_object(m, "repeat_se", r, r->free, put_repeat_se);
-    put_skin_object(m, "interval", r, r->free, put_interval);
+    if (has_errors(r)) {
+        put_skin_object(m, "se", r, r->free, put_se);
+        put_skin_object(m, "repeat_se", r, r->free, put_repeat_se);
+        put_skin_object(m, "interval", r, r->free, put_interval);
+    }
     maker_number(m, "chi_square", r->chi_square);
     maker_number(m, "degrees", (double)r->degrees);
     if (r->degrees > 0)
@@ -233,8 +244,9 @@ static void put_refined_flags(struct maker *m, const struct refined_match *match
     maker_nested(m, "flags", &array);
 }
 
-enum status wire_refined_match(const struct table *table, const struct refined_match *match,
-                               const struct nearest_hit *hits, size_t k, cJSON **ret)
+static enum status make_refined(const struct model *model, const struct table *table,
+                                const struct refined_match *match, const struct nearest_hit *hits,
+                                size_t k, cJSON **ret)
 {
     const struct refined *r = &match->refined;
     struct maker m = maker_begin();
@@ -244,15 +256,29 @@ enum status wire_refined_match(const struct table *table, const struct refined_m
     maker_known_number(&m, "b", match->Lab[2]);
     maker_known_number(&m, "dE00", r->dE00);
     maker_number(&m, "rms", r->rms);
-    put_table(&m, table, match->nearest.by);
+    if (table != NULL)
+        put_table(&m, table, match->nearest.by);
     maker_text(&m, "refine", refine_kind_name(match->wish.kind));
-    maker_text(&m, "model", table->recipe.model->name);
+    maker_text(&m, "model", model->name);
     put_fixed(&m, &match->wish);
     put_fit(&m, match);
-    put_start(&m, table, &match->nearest, hits, k);
+    if (table != NULL)
+        put_start(&m, table, &match->nearest, hits, k);
     put_words(&m, r);
     put_refined_flags(&m, match);
     return maker_end(&m, ret);
+}
+
+enum status wire_refined_match(const struct table *table, const struct refined_match *match,
+                               const struct nearest_hit *hits, size_t k, cJSON **ret)
+{
+    return make_refined(table->recipe.model, table, match, hits, k, ret);
+}
+
+enum status wire_refined_fit(const struct model *model, const struct refined_match *match,
+                             cJSON **ret)
+{
+    return make_refined(model, NULL, match, NULL, 0, ret);
 }
 
 /* ---- read --------------------------------------------------------------------------- */

@@ -14,15 +14,15 @@ static const char costs_text[] =
     "# machine: none\n"
     "model,rows,by,refine,interval,us,us_p95,Cm,Bm,Ch,Cm_transport,Bm_transport,Ch_transport,"
     "dE00,rms_R,bytes\n"
-    "half-space,0,spectrum,none,0,1,2,0.02,0.2,0.02,,,,4,0.08,0\n"
-    "half-space,0,spectrum,three,0,2,3,0.01,0.1,0.01,,,,3,0.05,0\n"
-    "two-layer,0,spectrum,three,0,4,5,0.004,0.04,0.004,,,,0.5,0.004,0\n"
-    "two-layer,0,spectrum,three,1,40,50,0.004,0.04,0.004,,,,0.5,0.004,0\n"
-    "two-layer,50000,lab,none,0,3,4,0.05,0.5,0.05,,,,1,0.02,0\n"
-    "two-layer,50000,spectrum,none,0,5,6,0.008,0.2,0.009,,,,0.8,0.006,0\n"
-    "two-layer,1000000,spectrum,none,0,7,8,0.006,0.1,0.007,,,,0.7,0.005,0\n"
-    "two-layer,50000,spectrum,three,0,9,10,0.004,0.04,0.004,,,,0.5,0.004,0\n"
-    "two-layer,50000,spectrum,three,1,60,70,0.004,0.04,0.004,,,,0.5,0.004,0\n";
+    "half-space,0,spectrum,none,0,1,2,0.02,0.2,0.02,0.02,0.2,0.02,4,0.08,0\n"
+    "half-space,0,spectrum,three,0,2,3,0.01,0.1,0.01,0.01,0.1,0.01,3,0.05,0\n"
+    "two-layer,0,spectrum,three,0,4,5,0.004,0.04,0.004,0.004,0.04,0.004,0.5,0.004,0\n"
+    "two-layer,0,spectrum,three,1,40,50,0.004,0.04,0.004,0.004,0.04,0.004,0.5,0.004,0\n"
+    "two-layer,50000,lab,none,0,3,4,0.05,0.5,0.05,0.05,0.5,0.05,1,0.02,0\n"
+    "two-layer,50000,spectrum,none,0,5,6,0.008,0.2,0.009,0.008,0.2,0.009,0.8,0.006,0\n"
+    "two-layer,1000000,spectrum,none,0,7,8,0.006,0.1,0.007,0.006,0.1,0.007,0.7,0.005,0\n"
+    "two-layer,50000,spectrum,three,0,9,10,0.004,0.04,0.004,0.004,0.04,0.004,0.5,0.004,0\n"
+    "two-layer,50000,spectrum,three,1,60,70,0.004,0.04,0.004,0.004,0.04,0.004,0.5,0.004,0\n";
 
 static struct costs costs;
 static struct recipe two_layer, paper, large;
@@ -287,7 +287,8 @@ static void test_error_bound(void)
         TEST_ASSERT_EQUAL_DOUBLE(cases[i].us, plan.estimated.us);
     }
     s.bound.coefficient[0] = 0.003;
-    refused(STATUS_RANGE, &s, "nearest comes", "Cm 0.004 for 0.003");
+    refused(STATUS_RANGE, &s, "the nearest is two-layer, fitted from the closed form",
+            "Cm 0.004 for 0.003");
     /* Rows are wanted, so a table it is. */
     s = wanting(SCENE_NEAREST);
     s.bound.coefficient[0] = 0.06;
@@ -306,6 +307,21 @@ static void test_error_bound(void)
     make(&s);
     s.bound.dE00 = 0.6;
     refused(STATUS_RANGE, &s, "dE00 0.7 for 0.6", "allow as much");
+}
+
+/* Of any model its own error counts; one that the scene names is believed. */
+static void test_model_error(void)
+{
+    struct scene s = wanting(SCENE_COEFFICIENTS);
+    s.bound.coefficient[0] = 0.03;
+    costs.cost[0].rmse_transport[0] = costs.cost[1].rmse_transport[0] = 0.1;
+    make(&s);
+    TEST_ASSERT_EQUAL_STRING("two-layer", plan.scene.model->name);
+    TEST_ASSERT_EQUAL_DOUBLE(4.0, plan.estimated.us);
+    s.model = model_find("half-space");
+    make(&s);
+    runs(PART(CLOSED_FORM));
+    TEST_ASSERT_EQUAL_DOUBLE(0.02, plan.estimated.coefficient[0]);
 }
 
 static void test_budget(void)
@@ -370,7 +386,7 @@ static void test_settled(void)
         first = plan;
         for (size_t j = 0; j < costs.n; j++) { /* upside down */
             costs.cost[j].us = 100.0 - costs.cost[j].us;
-            costs.cost[j].rmse[0] = 1.0 - costs.cost[j].rmse[0];
+            costs.cost[j].rmse_transport[0] = 1.0 - costs.cost[j].rmse_transport[0];
         }
         make(&first.scene);
         TEST_ASSERT_EQUAL_HEX32(first.run, plan.run);
@@ -407,6 +423,7 @@ int main(void)
     RUN_TEST(test_opaque);
     RUN_TEST(test_bands);
     RUN_TEST(test_error_bound);
+    RUN_TEST(test_model_error);
     RUN_TEST(test_budget);
     RUN_TEST(test_unknown_costs);
     RUN_TEST(test_settled);

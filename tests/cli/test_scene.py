@@ -1,0 +1,149 @@
+#!/usr/bin/env python3
+"""test_scene.py - `skinspec match --scene`: what is wanted is there and is what the plain command
+says; what is not wanted is not; what cannot be had is refused with what comes nearest."""
+
+import json
+import os
+
+from support import EXAMPLES, TABLES, Case, main, run
+
+# A folder where no table is.
+NOWHERE = os.path.join(os.sep, "nonexistent")
+
+
+def without(record, *names):
+    return {name: value for name, value in record.items() if name not in names}
+
+
+class Scene(Case):
+    def answer(self, scene, *options):
+        path = self.file(json.dumps(scene))
+        return self.run_ok("match", EXAMPLES, "--scene", path, "--json", "--tables", TABLES,
+                           *options).json()  # fmt: skip
+
+    def refused(self, scene, *parts, status=2, options=()):
+        text = scene if isinstance(scene, str) else json.dumps(scene)
+        done = run("match", EXAMPLES, "--scene", self.file(text), "--json", "--tables", TABLES,
+                   *options)  # fmt: skip
+        self.assertEqual(done.status, status, done.err)
+        self.assertEqual(done.out, "")
+        for part in parts:
+            self.assertIn(part, done.err)
+
+    def plain(self, *options):
+        return self.run_ok("match", EXAMPLES, "--json", "--tables", TABLES, *options).json()
+
+    def left_out(self, record):
+        return {one["what"]: one["why"] for one in record["plan"]["left_out"]}
+
+    def test_colour_needs_no_table(self):
+        convert = self.run_ok("convert", EXAMPLES, "--json").json()
+        path = self.file('{"want": ["lab", "rgb"]}')
+        done = self.run_ok("match", EXAMPLES, "--scene", path, "--json", "--tables", NOWHERE)
+        for record, expect in zip(done.json(), convert, strict=True):
+            self.assertEqual(record["colour"]["Lab"], expect["Lab"])
+            self.assertEqual(record["colour"]["sRGB"], expect["sRGB"])
+            self.assertEqual(record["plan"]["ran"], ["colour"])
+            self.assertEqual(record["plan"]["work"]["rows"], 0)
+            self.assertNotIn("Cm", record)
+
+    def test_nearest_is_the_plain_one(self):
+        for by in ("spectrum", "lab", "rgb", "de2000"):
+            plain = self.plain("--by", by, "--k", "3")
+            ours = self.answer({"want": ["nearest"], "by": by, "k": 3})
+            for record, expect in zip(ours, plain, strict=True):
+                self.assertEqual(without(expect, "dE00", "rms", "flags"),
+                                 without(record, "dE00", "rms", "flags", "plan"))  # fmt: skip
+                self.assertNotIn("colour", record)
+                self.assertIn("fit", self.left_out(record))
+                self.assertEqual("spectra" in self.left_out(record), by != "spectrum")
+
+    def test_whole_answer_is_the_plain_one(self):
+        plain = self.plain("--refine", "--noise", "0.003", "--k", "2")
+        ours = self.answer({"want": ["nearest", "refined", "interval", "lab"], "k": 2,
+                            "noise": 0.003})  # fmt: skip
+        for record, expect in zip(ours, plain, strict=True):
+            self.assertEqual(expect, without(record, "plan", "colour"))
+            self.assertEqual(record["plan"]["left_out"], [])
+
+    def test_refined_without_intervals(self):
+        plain = self.plain("--refine", "--noise", "0.003")
+        for record, expect in zip(
+            self.answer({"want": ["refined"], "noise": 0.003}), plain, strict=True
+        ):
+            for name in ("Cm", "Bm", "Ch", "rms", "chi_square", "residual"):
+                self.assertEqual(record[name], expect[name])
+            for name in ("se", "interval", "repeat_se", "second", "dE00", "colour", "L"):
+                self.assertNotIn(name, record)
+            self.assertIn("no interval", self.left_out(record)["covariance"])
+            self.assertEqual(record["plan"]["work"]["colours"], 0)
+
+    def test_settled_scene_gives_the_same(self):
+        """`plan.scene` says all that was chosen: given again it does the same."""
+        for scene in ({"want": ["coefficients"], "error": {"Cm": 0.02}},
+                      {"want": ["refined"], "Bm": 1, "Cm": [0.01, 0.2]},
+                      {"want": ["coefficients", "lab"], "budget_us": 50}):  # fmt: skip
+            for record in self.answer(scene):
+                again = self.answer(record["plan"]["scene"])
+                same = next(one for one in again if one["id"] == record["id"])
+                self.assertEqual(without(record, "plan"), without(same, "plan"))
+                self.assertEqual(record["plan"]["scene"], same["plan"]["scene"])
+
+    def test_held_and_ranged(self):
+        for record in self.answer({"want": ["refined", "nearest"], "Bm": 1, "Cm": [0.02, 0.1]}):
+            self.assertEqual(record["Bm"], 1)
+            self.assertEqual(record["nearest"]["Bm"], 1)
+            self.assertTrue(0.02 <= record["Cm"] <= 0.1)
+            self.assertTrue(0.02 <= record["nearest"]["Cm"] <= 0.1)
+            self.assertIn("eumelanin", self.left_out(record)["pheomelanin"])
+            self.assertIn("rows", self.left_out(record))
+
+    def test_plan_alone(self):
+        path = self.file('{"want": ["nearest"], "by": "lab"}')
+        done = self.run_ok("match", EXAMPLES, "--scene", path, "--tables", TABLES, "--plan")
+        self.assertIn("runs  table  search\n", done.out)
+        self.assertIn("leaves out  spectra", done.out)
+        done = self.run_ok("match", EXAMPLES, "--scene", path, "--tables", TABLES, "--plan",
+                           "--json").json()  # fmt: skip
+        self.assertEqual(done["ran"], ["table", "search"])
+        self.assertNotIn("work", done)
+
+    def test_refused(self):
+        self.refused({"want": ["interval"]}, "`refined`")
+        self.refused({"want": ["refined"], "Cm": [0.3, 0.1]}, "range of Cm is empty")
+        self.refused({"want": ["refined"], "Cm": 0.9}, "outside 0..0.5")
+        self.refused({"want": ["refined"], "error": {"Cm": 0.1}, "budget_us": 5}, "both given")
+        self.refused({"want": ["refined"], "model": "paper"}, "no spectra")
+        self.refused({"want": ["lab"], "bands": {"first_nm": 500, "last_nm": 600, "step_nm": 10}},
+                     "give no colour")  # fmt: skip
+        self.refused({"want": ["refined"], "error": {"Cm": 1e-6}}, "the nearest is", "Cm 0.0")
+        self.refused({"want": ["refined"], "budget_us": 0.01}, "the quickest is", " us")
+        self.refused({"want": ["nearest"], "model": "kubelka-munk"}, "skinspec table build")
+
+    def test_no_scene(self):
+        self.refused({"wnat": ["lab"]}, '"wnat" is no member of a scene')
+        self.refused({"want": ["lab"], "error": {"CM": 1}}, '"CM" is no member of `error`')
+        self.refused({"want": ["labb"]}, '"labb" cannot be wanted')
+        self.refused({"want": "lab"}, "`want` must be a list")
+        self.refused({"want": ["lab"], "illuminant": "D66"}, "no illuminant")
+        self.refused({"want": ["lab"], "k": 1.5}, "`k` must be a whole number")
+        self.refused({"want": ["refined"], "Cm": "0.1"}, "`Cm` must be a number")
+        self.refused([], "a scene is an object")
+        self.refused('{"want": ["lab"],}', ":1: this is not JSON")
+        self.refused('{"want":\n ["lab"], "want": ["rgb"]}', "this is not JSON")
+        done = run("match", EXAMPLES, "--scene", NOWHERE, "--json")
+        self.assertEqual(done.status, 1)
+        self.assertIn("cannot read the scene", done.err)
+
+    def test_options(self):
+        path = self.file('{"want": ["lab"]}')
+        for options in (["--by", "lab"], ["--k", "3"], ["--refine"]):
+            done = run("match", EXAMPLES, "--scene", path, "--json", *options)
+            self.assertEqual(done.status, 2)
+            self.assertIn("in the scene", done.err)
+        self.assertEqual(run("match", EXAMPLES, "--scene", path).status, 2)
+        self.assertEqual(run("match", EXAMPLES, "--plan").status, 2)
+
+
+if __name__ == "__main__":
+    main()
