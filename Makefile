@@ -147,7 +147,7 @@ cover: need-cover ## coverage of optics, colour, match, db and drivers: 95 % of 
 	    --filter '$(CURDIR)/src/(optics|colour|match|json|station)/' --filter '$(CURDIR)/(db|drivers)/' --branches \
 	    --txt - --fail-under-branch 90
 
-bench: need-test all $(BUILD)/bench/load $(BUILD)/bench/drivers $(simhost) $(tables) ## speed of the station and of inversion, each figure beside its bar (3 minutes)
+bench: need-test all $(BUILD)/bench/load $(BUILD)/bench/drivers $(BUILD)/bench/planner $(simhost) $(tables) ## speed of the station and of inversion, each figure beside its bar (3 minutes)
 	@BUILD=$(BUILD) python3 -B tests/bench/run.py $(BENCH)
 
 $(BUILD)/bench/load: $(BUILD)/obj/tests/bench/load.o $(lib_a)
@@ -160,6 +160,10 @@ de2000: $(BUILD)/bench/de2000 ## the search by CIEDE2000 beside every row: speed
 $(BUILD)/bench/de2000: $(call objects,tests/bench/de2000.c tests/support/de2000_rows.c) $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
+
+$(BUILD)/bench/planner: $(BUILD)/obj/tests/bench/planner.o $(db_o) $(lib_a)
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
 
 # Ours beside cminpack's lmder.
 $(BUILD)/obj/tests/bench/inversion.o: PKG_CFLAGS += $(shell pkg-config --cflags cminpack)

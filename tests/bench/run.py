@@ -250,6 +250,18 @@ def show_transport():
     row("times as fast", f"{times:.0f}", f"{TIMES_IADPYTHON}", times >= TIMES_IADPYTHON)
 
 
+# ---- planner --------------------------------------------------------------------------------
+
+
+def show_planner():
+    """What planning adds, and what leaving out saves; the program prints what it finds."""
+    heading("a spectrum by plan, beside the calls written by hand")
+    program = os.path.join(BENCH, "planner")
+    with machine.Others() as others:
+        subprocess.run([program, TABLE], check=False)  # ends with 1 where a bar is missed
+    row("others took of all cores", f"{others.percent:.0f} %")
+
+
 SECTIONS = {
     "throughput": show_throughput,
     "clients": show_clients,
@@ -258,6 +270,7 @@ SECTIONS = {
     "start": show_start,
     "inversion": show_inversion,
     "transport": show_transport,
+    "planner": show_planner,
 }
 
 
