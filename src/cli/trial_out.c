@@ -60,6 +60,7 @@ static void inversion(cJSON *array, const struct trial_result *r)
         text(o, "by", match_by_name(m->by));
     text(o, "answer", trial_kind_name(m));
     truth(o, "interval", m->interval);
+    truth(o, "batch", m->batch);
     text(o, "kernel", m->kernel == TRIAL_PLAIN ? "plain" : "quick");
     out_member(o, "us", r->us);
     out_member(o, "us_p95", r->us_p95);

@@ -7,11 +7,11 @@
 #include "base/number.h"
 
 static const char *const names[] = {
-    "kind",         "name",         "model",        "rows",      "by",        "answer",
-    "interval",     "kernel",       "us",           "us_p95",    "timed",     "Cm",
-    "Bm",           "Ch",           "dE00_own",     "rms_R_own", "times_own", "front_own",
-    "Cm_transport", "Bm_transport", "Ch_transport", "dE00",      "rms_R",     "times",
-    "front",        "worst_R",      "bytes",
+    "kind",      "name",         "model",        "rows",         "by",        "answer",
+    "interval",  "batch",        "kernel",       "us",           "us_p95",    "timed",
+    "Cm",        "Bm",           "Ch",           "dE00_own",     "rms_R_own", "times_own",
+    "front_own", "Cm_transport", "Bm_transport", "Ch_transport", "dE00",      "rms_R",
+    "times",     "front",        "worst_R",      "bytes",
 };
 
 const char *trial_kind_name(const struct trial_method *m)
@@ -46,9 +46,9 @@ static void inversion(FILE *stream, const struct trial_result *r)
 {
     const struct trial_method *m = &r->method;
     char name[TRIAL_NAME_SIZE], bytes[NUMBER_TEXT_SIZE];
-    fprintf(stream, "inversion,\"%s\",%s,%zu,%s,%s,%d,%s", trial_method_name(m, name),
+    fprintf(stream, "inversion,\"%s\",%s,%zu,%s,%s,%d,%d,%s", trial_method_name(m, name),
             m->model->name, m->rows, m->rows > 0 ? match_by_name(m->by) : "", trial_kind_name(m),
-            m->interval, m->kernel == TRIAL_PLAIN ? "plain" : "quick");
+            m->interval, m->batch, m->kernel == TRIAL_PLAIN ? "plain" : "quick");
     number(stream, r->us);
     number(stream, r->us_p95);
     fprintf(stream, ",%zu", r->timed);
@@ -59,7 +59,7 @@ static void inversion(FILE *stream, const struct trial_result *r)
 
 static void bound(FILE *stream, const struct trial_bound *b)
 {
-    fprintf(stream, "bound,\"%s, what noise allows\",%s,,,,,,,,", b->model->name, b->model->name);
+    fprintf(stream, "bound,\"%s, what noise allows\",%s,,,,,,,,,", b->model->name, b->model->name);
     numbers(stream, b->sd, 3);
     fputs(",,,,,,,,,,,,,\n", stream);
 }
@@ -69,7 +69,7 @@ static void forward(FILE *stream, const struct trial_forward *f)
     char name[TRIAL_FORWARD_NAME_SIZE];
     bool quick = f->kind == TRIAL_FORWARD_QUICK || f->kind == TRIAL_FORWARD_QUICK_SLOPES;
     bool slopes = f->kind == TRIAL_FORWARD_SLOPES || f->kind == TRIAL_FORWARD_QUICK_SLOPES;
-    fprintf(stream, "forward,\"%s\",%s,,,%s,,%s", trial_forward_name(f, name), f->model->name,
+    fprintf(stream, "forward,\"%s\",%s,,,%s,,,%s", trial_forward_name(f, name), f->model->name,
             slopes ? "slopes" : "R", quick ? "quick" : "plain");
     number(stream, f->us);
     number(stream, f->us_p95);
@@ -104,7 +104,7 @@ void trial_costs(const struct trial *trial, const char *machine, struct costs *r
     for (size_t i = 0; i < trial->results && ret->n < COSTS_MAX; i++) {
         const struct trial_result *r = &trial->result[i];
         const struct trial_method *m = &r->method;
-        if (m->kernel != TRIAL_QUICK)
+        if (m->kernel != TRIAL_QUICK || m->batch)
             continue;
         struct cost c = { .model = m->model,
                           .rows = m->rows,

@@ -12,7 +12,7 @@
  * Blank: not measured, or means nothing there.  The caller looks at ferror(). */
 void trial_csv(FILE *stream, const struct trial *trial, const char *machine);
 
-/* What of a run a plan can choose: methods as the program does them. */
+/* What of a run a plan can choose: methods as the program does them for one spectrum. */
 void trial_costs(const struct trial *trial, const char *machine, struct costs *ret);
 
 /* "nearest", "closed form", "three", "skin". */

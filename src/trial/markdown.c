@@ -139,7 +139,8 @@ static void conclude_model_error(FILE *f, const struct trial *t)
     for (size_t i = 0; i < t->results; i++) {
         const struct trial_result *r = &t->result[i];
         const struct trial_method *m = &r->method;
-        if (m->rows > 0 || m->refine != REFINE_THREE || m->interval || m->kernel != TRIAL_QUICK)
+        if (m->rows > 0 || m->refine != REFINE_THREE || m->interval || m->batch ||
+            m->kernel != TRIAL_QUICK)
             continue;
         fprintf(f, "%s%s %s and %s", between, m->model->name, three(r->own.times, a),
                 three(r->transport.times, b));
@@ -267,7 +268,8 @@ static void how(FILE *f, const struct trial *t)
         "other (below 1 us up to 16 at a time), half of either set, at most 256; methods in turns "
         "over %zu rounds after one that does not count. A spectrum's time is the median of its "
         "rounds; given are the median and the 95th percentile of spectra. A nearest row's time is "
-        "all of `matcher_match()`: colour, search, dE00, rms, flags.\n"
+        "all of `matcher_match()`: colour, search, dE00, rms, flags; of a batch of 256 each has "
+        "its share.\n"
         "- MB: what table, index and fit take from malloc(), measured.\n"
         "- Bold: on the front, nothing tried is both quicker and better in the worst of the three "
         "(first columns: of the same model; next: of all).\n",

@@ -31,8 +31,9 @@ const char *trial_method_name(const struct trial_method *m, char text[TRIAL_NAME
     else
         snprintf(from, sizeof from, "%s %zu by %s", m->refine == REFINE_NOT ? "of" : "from",
                  m->rows, match_by_name(m->by));
-    snprintf(text, TRIAL_NAME_SIZE, "%s %s %s%s%s", m->model->name, what[m->refine], from,
-             m->interval ? ", intervals" : "", m->kernel == TRIAL_PLAIN ? ", plain" : "");
+    snprintf(text, TRIAL_NAME_SIZE, "%s %s %s%s%s%s", m->model->name, what[m->refine], from,
+             m->interval ? ", intervals" : "", m->batch ? ", in batch" : "",
+             m->kernel == TRIAL_PLAIN ? ", plain" : "");
     return text;
 }
 
@@ -49,9 +50,14 @@ static void add(struct list *l, const char *model, size_t size, enum match_by by
                 enum refine_kind refine, bool interval, enum trial_kernel kernel)
 {
     struct grid grid = trial_grid(size);
-    l->method[l->n++] = (struct trial_method){
-        model_find(model), size > 0 ? grid_rows(&grid) : 0, size, by, refine, interval, kernel
-    };
+    l->method[l->n++] = (struct trial_method){ model_find(model),
+                                               size > 0 ? grid_rows(&grid) : 0,
+                                               size,
+                                               by,
+                                               refine,
+                                               interval,
+                                               false,
+                                               kernel };
 }
 
 static void add_nearest(struct list *l, const char *model, size_t size)
@@ -68,6 +74,12 @@ static void add_fit(struct list *l, const char *model, size_t size, enum refine_
     add(l, model, size, MATCH_SPECTRUM, kind, false, TRIAL_QUICK);
     if (with_interval)
         add(l, model, size, MATCH_SPECTRUM, kind, true, TRIAL_QUICK);
+}
+
+static void add_batch(struct list *l, const char *model, enum refine_kind kind)
+{
+    add(l, model, 0, MATCH_SPECTRUM, kind, false, TRIAL_QUICK);
+    l->method[l->n - 1].batch = true;
 }
 
 size_t trial_methods(bool quick, struct trial_method methods[TRIAL_METHODS_MAX])
@@ -100,6 +112,8 @@ size_t trial_methods(bool quick, struct trial_method methods[TRIAL_METHODS_MAX])
     add_fit(&l, "two-layer", 0, REFINE_SKIN, true);
     add_fit(&l, "two-layer", DEFAULT, REFINE_SKIN, true);
     add_fit(&l, "transport-8", 0, REFINE_THREE, !quick);
+    add_batch(&l, "half-space", REFINE_THREE);
+    add_batch(&l, "two-layer", REFINE_THREE);
     return l.n;
 }
 
@@ -154,6 +168,9 @@ static enum status open_fit(struct trial_ready *ready)
     if (s == STATUS_OK)
         s = refiner_open(&ready->fit, TRIAL_FIRST_NM, TRIAL_STEP_NM, TRIAL_BANDS, &ready->refiner,
                          NULL);
+    if (s == STATUS_OK && ready->method.batch)
+        s = refine_many_open(&ready->fit, TRIAL_FIRST_NM, TRIAL_STEP_NM, TRIAL_BANDS, &ready->noise,
+                             &ready->many, NULL);
     return s;
 }
 
@@ -179,6 +196,7 @@ void trial_ready_done(struct trial_ready *ready)
 {
     if (ready->matcher.nearest != NULL)
         matcher_close(&ready->matcher);
+    refine_many_close(ready->many);
     refiner_close(ready->refiner);
     free(ready->closed_form);
     memset(ready, 0, sizeof *ready);
@@ -218,6 +236,43 @@ static size_t starts_of(const struct trial_ready *ready, const struct nearest_hi
     return found;
 }
 
+/* What a batch says of one spectrum does not depend on the others. */
+static enum status run_one_of_many(const struct trial_ready *ready, const struct spectrum *measured,
+                                   struct trial_answer *ret)
+{
+    double value[SKIN_PARAMETERS];
+    struct refine_answers answers = { .value = { 0 } };
+    const struct refine_rows rows = { .R = measured->value, .stride = TRIAL_BANDS, .n = 1 };
+    for (size_t k = 0; k < SKIN_PARAMETERS; k++)
+        answers.value[k] = &value[k];
+    enum status s = refine_many_run(ready->many, &rows, 1, &answers);
+    if (s == STATUS_OK)
+        *ret = (struct trial_answer){ .skin = fit_tissue(&ready->fit, value) };
+    return s;
+}
+
+enum status trial_run_batch(const struct trial_ready *ready, const double *rows, size_t n)
+{
+    static const enum skin_parameter wanted[3] = { SKIN_CM, SKIN_BM, SKIN_CH };
+    double *memory = calloc(n, 7 * sizeof *memory);
+    uint32_t *flags = calloc(n, sizeof *flags);
+    struct refine_answers answers = { .flags = flags };
+    enum status s = memory == NULL || flags == NULL ? STATUS_NO_MEMORY : STATUS_OK;
+    if (s == STATUS_OK) {
+        for (size_t k = 0; k < 3; k++) {
+            answers.value[wanted[k]] = memory + 2 * k * n;
+            answers.se[wanted[k]] = memory + (2 * k + 1) * n;
+        }
+        answers.chi_square = memory + 6 * n;
+        s = refine_many_run(ready->many,
+                            &(struct refine_rows){ .R = rows, .stride = TRIAL_BANDS, .n = n }, 1,
+                            &answers);
+    }
+    free(memory);
+    free(flags);
+    return s;
+}
+
 enum status trial_run(const struct trial_ready *ready, const struct spectrum *measured,
                       struct trial_answer *ret)
 {
@@ -229,6 +284,8 @@ enum status trial_run(const struct trial_ready *ready, const struct spectrum *me
     enum status s = STATUS_OK;
     if (ready->closed_form != NULL)
         return run_closed_form(ready, measured, ret);
+    if (ready->many != NULL)
+        return run_one_of_many(ready, measured, ret);
     if (ready->table != NULL)
         s = matcher_match(&ready->matcher, measured, fit ? REFINE_STARTS : 1, hits, &match);
     if (s != STATUS_OK)

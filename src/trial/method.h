@@ -10,6 +10,7 @@
 #include "base/status.h"
 #include "match/match.h"
 #include "match/refine.h"
+#include "match/refine_many.h"
 #include "match/refined_match.h"
 #include "match/table.h"
 
@@ -25,6 +26,7 @@ struct trial_method {
     enum match_by by;        /* MATCH_SPECTRUM where rows is 0 */
     enum refine_kind refine; /* REFINE_NOT: the row, or the closed form, is the answer */
     bool interval;
+    bool batch; /* many spectra at a time: match/refine_many.h */
     enum trial_kernel kernel;
 };
 
@@ -48,6 +50,7 @@ struct trial_ready {
     const struct table *table;
     struct matcher matcher;
     struct refiner *refiner;
+    struct refine_many *many; /* for a batch, beside the refiner */
     struct fit fit;
     struct noise noise;
     struct trial_closed_form *closed_form;
@@ -69,6 +72,10 @@ struct trial_answer {
 /* Statuses of matcher_match() and refiner_run(). */
 enum status trial_run(const struct trial_ready *ready, const struct spectrum *measured,
                       struct trial_answer *ret);
+
+/* A batch: rows of TRIAL_BANDS values, n of them; values, standard errors, chi^2 and flags are
+ * computed, and forgotten.  STATUS_NO_MEMORY; statuses of refine_many_run(). */
+enum status trial_run_batch(const struct trial_ready *ready, const double *rows, size_t n);
 
 /* Bytes that the process has from malloc() now. */
 double trial_bytes_in_use(void);

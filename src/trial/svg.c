@@ -39,10 +39,17 @@ static const char *colour_of(const struct model *model)
     return "#000000";
 }
 
-enum shape { SHAPE_CIRCLE, SHAPE_DIAMOND, SHAPE_SQUARE, SHAPE_OPEN_SQUARE, SHAPE_TRIANGLE };
+enum shape {
+    SHAPE_CIRCLE,
+    SHAPE_DIAMOND,
+    SHAPE_SQUARE,
+    SHAPE_OPEN_SQUARE,
+    SHAPE_TRIANGLE,
+    SHAPE_BATCH
+};
 
-static const char *const shape_names[] = { "nearest row", "closed form", "fit",
-                                           "fit with intervals", "skin fit" };
+static const char *const shape_names[] = { "nearest row",        "closed form", "fit",
+                                           "fit with intervals", "skin fit",    "fit, in batch" };
 
 static enum shape shape_of(const struct trial_method *m)
 {
@@ -50,6 +57,8 @@ static enum shape shape_of(const struct trial_method *m)
         return m->rows > 0 ? SHAPE_CIRCLE : SHAPE_DIAMOND;
     if (m->refine == REFINE_SKIN)
         return SHAPE_TRIANGLE;
+    if (m->batch)
+        return SHAPE_BATCH;
     return m->interval ? SHAPE_OPEN_SQUARE : SHAPE_SQUARE;
 }
 
@@ -64,6 +73,9 @@ static void draw_shape(FILE *f, enum shape shape, double x, double y, const char
         break;
     case SHAPE_TRIANGLE:
         fprintf(f, "<path d=\"M%.1f %.1fl5.5 9.5h-11z\" fill=\"%s\"/>\n", x, y - 6, colour);
+        break;
+    case SHAPE_BATCH: /* the triangle upside down */
+        fprintf(f, "<path d=\"M%.1f %.1fl5.5 -9.5h-11z\" fill=\"%s\"/>\n", x, y + 6, colour);
         break;
     default:
         fprintf(f,
@@ -253,9 +265,9 @@ static void label_of(const struct trial_method *m, bool with_model, char label[L
     else if (m->refine == REFINE_NOT)
         snprintf(label, LABEL_SIZE, "%s%sclosed form", model, space);
     else
-        snprintf(label, LABEL_SIZE, "%s%s%s%s%s%s", model, space,
+        snprintf(label, LABEL_SIZE, "%s%s%s%s%s%s%s", model, space,
                  m->refine == REFINE_SKIN ? "skin fit" : "fit", m->rows > 0 ? " from " : "", rows,
-                 m->kernel == TRIAL_PLAIN ? ", plain" : "");
+                 m->batch ? ", in batch" : "", m->kernel == TRIAL_PLAIN ? ", plain" : "");
 }
 
 /* Methods of one model on its own spectra, or all (NULL) on transport-32's. */

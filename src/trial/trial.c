@@ -10,7 +10,7 @@
 
 const char trial_bound_of_transport[] = "transport-8";
 
-enum { ROUNDS = 9, ROUNDS_QUICK = 5, TIMED = 256, BLOCK = 32768 };
+enum { ROUNDS = 9, ROUNDS_QUICK = 5, TIMED = 256, BATCHES = 8, BLOCK = 32768 };
 #define BUDGET_US 2e5 /* of one method in one round */
 #define BUDGET_QUICK_US 5e4
 
@@ -257,12 +257,16 @@ static enum status errors_of(struct run *r, size_t i)
 struct contestant {
     const struct trial_ready *ready;
     const struct spectrum *measured;
+    double *rows; /* of a batch, [n][TRIAL_BANDS]; an item is all of it */
+    size_t n;
 };
 
 static enum status contest(const void *context, size_t item)
 {
     const struct contestant *c = context;
     struct trial_answer answer;
+    if (c->rows != NULL)
+        return trial_run_batch(c->ready, c->rows, c->n);
     return trial_run(c->ready, &c->measured[item], &answer);
 }
 
@@ -283,6 +287,16 @@ static const struct spectrum *timed_spectra(struct run *r, const struct model *m
     return *place;
 }
 
+static enum status rows_of_batch(struct contestant *c)
+{
+    c->rows = calloc(c->n, TRIAL_BANDS * sizeof *c->rows);
+    if (c->rows == NULL)
+        return STATUS_NO_MEMORY;
+    for (size_t i = 0; i < c->n; i++)
+        memcpy(c->rows + i * TRIAL_BANDS, c->measured[i].value, TRIAL_BANDS * sizeof *c->rows);
+    return STATUS_OK;
+}
+
 static enum status begin_times(struct run *r, struct contestant *contestant)
 {
     enum status s = STATUS_OK;
@@ -291,9 +305,12 @@ static enum status begin_times(struct run *r, struct contestant *contestant)
         const struct spectrum *measured = timed_spectra(r, r->ready[i].method.model, &n);
         if (measured == NULL)
             return STATUS_NO_MEMORY;
-        contestant[i] = (struct contestant){ &r->ready[i], measured };
-        s = trial_timing_init(contest, &contestant[i], n, r->trial->rounds, budget_us(r),
-                              &r->timing[i]);
+        contestant[i] = (struct contestant){ &r->ready[i], measured, NULL, n };
+        if (r->ready[i].many != NULL)
+            s = rows_of_batch(&contestant[i]);
+        if (s == STATUS_OK)
+            s = trial_timing_init(contest, &contestant[i], r->ready[i].many != NULL ? BATCHES : n,
+                                  r->trial->rounds, budget_us(r), &r->timing[i]);
     }
     for (size_t i = 0; i < r->trial->forwards && s == STATUS_OK; i++)
         s = trial_timing_init(trial_forward_work, &r->forward[i], r->forward[i].items,
@@ -334,11 +351,18 @@ static enum status times(struct run *r)
         for (size_t i = 0; i < r->trial->forwards; i++)
             trial_timing_again(&r->forward_timing[i]);
     }
+    for (size_t i = 0; i < r->trial->results && contestant != NULL; i++)
+        free(contestant[i].rows);
     free(contestant);
     for (size_t i = 0; i < r->trial->results && s == STATUS_OK; i++) {
         struct trial_result *result = &r->trial->result[i];
         trial_timing_result(&r->timing[i], &result->us, &result->us_p95);
         result->timed = r->timing[i].group * r->timing[i].groups;
+        if (r->ready[i].many != NULL) {
+            result->timed = r->skins.n < TIMED ? r->skins.n : TIMED;
+            result->us /= (double)result->timed;
+            result->us_p95 /= (double)result->timed;
+        }
     }
     for (size_t i = 0; i < r->trial->forwards && s == STATUS_OK; i++) {
         struct trial_forward *f = &r->trial->forward[i];

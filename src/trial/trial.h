@@ -35,7 +35,7 @@ enum {
 
 struct trial_result {
     struct trial_method method;
-    double us, us_p95; /* a spectrum */
+    double us, us_p95; /* a spectrum; of a batch its share */
     size_t timed;      /* spectra that were timed, each as often as there were rounds */
     struct trial_errors own, transport;
     double bytes; /* table and index, or what the fit keeps, as malloc() counts */
