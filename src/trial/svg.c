@@ -359,7 +359,7 @@ void trial_svg(FILE *stream, const struct trial *trial, const char *machine)
     draw_head(stream, trial, machine);
     for (size_t i = 0; i < sizeof charts / sizeof *charts; i++) {
         charts[i].left = LEFT + (double)(i % 2) * ACROSS;
-        charts[i].top = TOP + (double)(i / 2) * DOWN;
+        charts[i].top = TOP + (i < 2 ? 0.0 : DOWN);
         draw_chart(stream, &charts[i]);
     }
     draw_key(stream);
