@@ -14,6 +14,7 @@ int cmd_dipole(int argc, char **argv);
 int cmd_doctor(int argc, char **argv);
 int cmd_export(int argc, char **argv);
 int cmd_history(int argc, char **argv);
+int cmd_map(int argc, char **argv);
 int cmd_match(int argc, char **argv);
 int cmd_measure(int argc, char **argv);
 int cmd_reflectance(int argc, char **argv);

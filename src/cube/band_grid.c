@@ -12,7 +12,7 @@ static double nm(const struct envi_header *h, const struct band_grid *g, size_t 
     return h->nm[g->band[i]];
 }
 
-/* ---- which grid ------------------------------------------------------------------------- */
+/* ---- which grid --------------------------------------------------------------------- */
 
 static enum status choose_bands(const struct envi_header *h, double lo, double hi,
                                 struct band_grid *g, struct envi_fault *fault)
@@ -60,7 +60,7 @@ static double step_for(double spacing)
     return steps[i];
 }
 
-/* ---- weights ---------------------------------------------------------------------------- */
+/* ---- weights ------------------------------------------------------------------------ */
 
 /* Rises from 0 at a to 1 at b, falls to 0 at c; 1 at b where one of the sides has no width. */
 static double hat(double x, double a, double b, double c)
@@ -185,7 +185,7 @@ enum status band_grid_init(const struct envi_header *h, double lo_nm, double hi_
     return STATUS_OK;
 }
 
-/* ---- values ------------------------------------------------------------------------------- */
+/* ---- values ------------------------------------------------------------------------- */
 
 void band_grid_apply(const struct band_grid *g, const float *in, size_t n, size_t in_row,
                      size_t out_row, float factor, float *out)

@@ -100,7 +100,7 @@ static const char *shown(const struct value *v, char ret[WORD_SIZE])
     return ret;
 }
 
-/* ---- the fields ----------------------------------------------------------------------- */
+/* ---- the fields --------------------------------------------------------------------- */
 
 /* Lower case, one space between words, none around. */
 static void normalise(const char *text, const char *end, char ret[NAME_SIZE])
@@ -155,7 +155,7 @@ static enum status read_value(struct reader *r, const char *name, const char *te
 static enum status read_field(struct reader *r)
 {
     const char *end = line_end(r);
-    struct value all = trimmed(r->at, end, r->line), value;
+    struct value all = trimmed(r->at, end, r->line), value = all;
     if (all.n == 0 || all.text[0] == ';') {
         next_line(r, end);
         return STATUS_OK;
@@ -198,7 +198,7 @@ static enum status read_fields(struct reader *r)
     return STATUS_OK;
 }
 
-/* ---- what they say ------------------------------------------------------------------------ */
+/* ---- what they say ------------------------------------------------------------------ */
 
 static enum status missing(struct reader *r, enum field which, const char *example)
 {
@@ -374,7 +374,7 @@ static enum status take_wavelengths(struct reader *r, struct envi_header *h)
 
 static enum status take_bad_bands(struct reader *r, struct envi_header *h)
 {
-    double good[ENVI_MAX_BANDS];
+    double good[ENVI_MAX_BANDS] = { 0 };
     if (r->field[FIELD_BBL].line == 0)
         return STATUS_OK;
     enum status s = take_list(r, FIELD_BBL, h->bands, good);
@@ -458,8 +458,7 @@ enum status envi_header_parse(const char *text, size_t n, struct envi_header *re
     return s;
 }
 
-/* ---- where a value lies, and what it is --------------------------------------------------------
- */
+/* ---- where a value lies, and what it is --------------------------------------------- */
 
 const char *envi_interleave_name(enum envi_interleave interleave)
 {

@@ -1,0 +1,288 @@
+/* map_fit.c - pixels judged, laid out as spectra, fitted all at once, and put back. */
+#include "cli/map_fit.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "match/refine_many.h"
+
+/* Name and meaning of a map's band. */
+enum { NAME_SIZE = 32, MEANING_SIZE = 64 };
+
+struct map_fit {
+    const struct band_grid *grid;
+    struct map_fit_options options;
+    struct noise noise;
+    struct refine_many *many;
+    size_t parameters; /* that are free */
+    enum skin_parameter parameter[SKIN_PARAMETERS];
+    char name[MAP_BANDS_MAX][NAME_SIZE], meaning[MAP_BANDS_MAX][MEANING_SIZE];
+};
+
+struct map_scratch {
+    size_t pixels;
+    float *banded;    /* [grid n][pixels] */
+    float *spectra;   /* [pixels][grid n], of those to fit */
+    uint32_t *masked; /* [pixels] */
+    size_t *which;    /* [pixels]: which pixel a fitted spectrum is */
+    double *answers;  /* [bands less the flags][pixels] */
+    uint32_t *flags;  /* [pixels], of the fit */
+};
+
+const char *map_flag_name(size_t i)
+{
+    static const char *const names[MAP_FLAG_COUNT] = {
+        "ignored",
+        "not_a_number",
+        "out_of_range",
+        "refused",
+        "not_converged",
+        "residual_too_large",
+        "Cm_at_bound",
+        "Bm_at_bound",
+        "Ch_at_bound",
+        "SO2_at_bound",
+        "epidermis_mm_at_bound",
+        "scattering_a_at_bound",
+        "scattering_b_at_bound",
+    };
+    return i < MAP_FLAG_COUNT ? names[i] : "unknown";
+}
+
+/* ---- which fit ---------------------------------------------------------------------- */
+
+static void name_bands(struct map_fit *f)
+{
+    static const char *const meanings[SKIN_PARAMETERS] = {
+        "melanin fraction of the epidermis", "share of eumelanin",
+        "blood fraction of the dermis",      "oxygen saturation",
+        "thickness of the epidermis in mm",  "scattering at 500 nm in 1/mm",
+        "exponent of the scattering",
+    };
+    for (size_t i = 0; i < f->parameters; i++) {
+        const char *name = skin_parameter_name(f->parameter[i]);
+        size_t error = f->parameters + i;
+        snprintf(f->name[i], NAME_SIZE, "%s", name);
+        snprintf(f->meaning[i], MEANING_SIZE, "%s", meanings[f->parameter[i]]);
+        snprintf(f->name[error], NAME_SIZE, "%s_se", name);
+        snprintf(f->meaning[error], MEANING_SIZE, "standard error of %s", name);
+    }
+    snprintf(f->name[2 * f->parameters], NAME_SIZE, "rms");
+    snprintf(f->meaning[2 * f->parameters], MEANING_SIZE, "what the fit leaves of R");
+    snprintf(f->name[2 * f->parameters + 1], NAME_SIZE, "flags");
+    snprintf(f->meaning[2 * f->parameters + 1], MEANING_SIZE, "a set of bits");
+}
+
+enum status map_fit_open(const struct map_fit_options *options, const struct band_grid *grid,
+                         struct map_fit **ret, const char **why)
+{
+    struct recipe recipe = recipe_default(options->model);
+    struct refine_wish wish = options->wish;
+    struct fit fit;
+    enum noise_source source;
+    struct map_fit *f = calloc(1, sizeof *f);
+    if (why != NULL)
+        *why = NULL;
+    if (f == NULL)
+        return STATUS_NO_MEMORY;
+    f->grid = grid;
+    f->options = *options;
+    if (!isnan(options->epidermis_mm)) {
+        recipe.epidermis_mm = options->epidermis_mm;
+        wish.fix[SKIN_EPIDERMIS_MM] = options->epidermis_mm;
+    }
+    enum status s = refine_wish_fit(&wish, &recipe, &fit, why);
+    if (s == STATUS_OK)
+        s = refine_wish_noise(&wish, NULL, 1, &f->noise, &source);
+    if (s == STATUS_OK)
+        s = refine_many_open(&fit, grid->first_nm, grid->step_nm, grid->n, &f->noise, &f->many,
+                             why);
+    if (s != STATUS_OK) {
+        map_fit_close(f);
+        return s;
+    }
+    for (size_t i = 0; i < SKIN_PARAMETERS; i++)
+        if (fit.role[i].free)
+            f->parameter[f->parameters++] = (enum skin_parameter)i;
+    name_bands(f);
+    *ret = f;
+    return STATUS_OK;
+}
+
+void map_fit_close(struct map_fit *f)
+{
+    if (f != NULL)
+        refine_many_close(f->many);
+    free(f);
+}
+
+size_t map_fit_bands(const struct map_fit *f)
+{
+    return 2 * f->parameters + 2;
+}
+
+const char *map_fit_band_name(const struct map_fit *f, size_t band)
+{
+    return f->name[band];
+}
+
+const char *map_fit_band_meaning(const struct map_fit *f, size_t band)
+{
+    return f->meaning[band];
+}
+
+const struct noise *map_fit_noise(const struct map_fit *f)
+{
+    return &f->noise;
+}
+
+/* ---- pixels ------------------------------------------------------------------------- */
+
+enum status map_scratch_open(const struct map_fit *f, size_t pixels, struct map_scratch **ret)
+{
+    struct map_scratch *s = calloc(1, sizeof *s);
+    if (s == NULL)
+        return STATUS_NO_MEMORY;
+    s->pixels = pixels;
+    s->banded = malloc(f->grid->n * pixels * sizeof *s->banded);
+    s->spectra = malloc(f->grid->n * pixels * sizeof *s->spectra);
+    s->masked = malloc(pixels * sizeof *s->masked);
+    s->which = malloc(pixels * sizeof *s->which);
+    s->answers = malloc((map_fit_bands(f) - 1) * pixels * sizeof *s->answers);
+    s->flags = malloc(pixels * sizeof *s->flags);
+    if (s->banded == NULL || s->spectra == NULL || s->masked == NULL || s->which == NULL ||
+        s->answers == NULL || s->flags == NULL) {
+        map_scratch_close(s);
+        return STATUS_NO_MEMORY;
+    }
+    *ret = s;
+    return STATUS_OK;
+}
+
+void map_scratch_close(struct map_scratch *s)
+{
+    if (s == NULL)
+        return;
+    free(s->banded);
+    free(s->spectra);
+    free(s->masked);
+    free(s->which);
+    free(s->answers);
+    free(s->flags);
+    free(s);
+}
+
+/* Values as they stand in the file. */
+static void judge_values(const struct map_fit *f, const float *used, size_t n, size_t row,
+                         uint32_t *masked)
+{
+    float ignore = (float)f->options.ignore;
+    memset(masked, 0, n * sizeof *masked);
+    for (size_t b = 0; b < f->grid->used; b++) {
+        const float *value = used + b * row;
+        for (size_t x = 0; x < n; x++) /* neither NaN nor an infinity less itself is 0 */
+            masked[x] |= value[x] - value[x] == 0.0f ? 0u : (uint32_t)MAP_NOT_A_NUMBER;
+        for (size_t x = 0; x < n && f->options.has_ignore; x++)
+            masked[x] |= value[x] == ignore ? (uint32_t)MAP_IGNORED : 0u;
+    }
+}
+
+/* Reflectances on the grid, the surface still in them; then it is taken off, and what is below 0
+ * by so little that noise explains it becomes 0, as in base/spectrum.h. */
+static void judge_reflectances(const struct map_fit *f, float *banded, size_t n, size_t row,
+                               uint32_t *masked)
+{
+    bool sci = !isnan(f->options.surface);
+    float surface = sci ? (float)f->options.surface : 0.0f;
+    float least = sci ? (float)(f->options.surface - SPECTRUM_SURFACE_SLACK) : 0.0f;
+    if (least < 0.0f)
+        least = 0.0f;
+    for (size_t b = 0; b < f->grid->n; b++) {
+        float *R = banded + b * row;
+        for (size_t x = 0; x < n; x++)
+            masked[x] |= ((R[x] > least) & (R[x] <= (float)MAP_R_MAX)) != 0
+                             ? 0u
+                             : (uint32_t)MAP_OUT_OF_RANGE;
+        for (size_t x = 0; x < n && sci; x++)
+            R[x] = R[x] > surface ? R[x] - surface : 0.0f;
+    }
+}
+
+/* What a fill value or a NaN does to the reflectances tells nothing more. */
+static uint32_t first_reason(uint32_t masked)
+{
+    return masked & (uint32_t)MAP_IGNORED        ? (uint32_t)MAP_IGNORED
+           : masked & (uint32_t)MAP_NOT_A_NUMBER ? (uint32_t)MAP_NOT_A_NUMBER
+                                                 : masked;
+}
+
+/* The spectra to fit, one after the other; how many. */
+static size_t lay_out(const struct map_fit *f, struct map_scratch *s, size_t n)
+{
+    size_t bands = f->grid->n, count = 0;
+    for (size_t x = 0; x < n; x++) {
+        s->masked[x] = first_reason(s->masked[x]);
+        s->which[count] = x;
+        count += s->masked[x] == 0 ? 1 : 0;
+    }
+    for (size_t i = 0; i < count; i++) {
+        const float *from = s->banded + s->which[i];
+        float *to = s->spectra + i * bands;
+        for (size_t b = 0; b < bands; b++)
+            to[b] = from[b * s->pixels];
+    }
+    return count;
+}
+
+static uint32_t flags_of(uint32_t refined)
+{
+    uint32_t all = (uint32_t)REFINE_AT_BOUND * ((1u << SKIN_PARAMETERS) - 1);
+    uint32_t flags = (refined & all) / (uint32_t)REFINE_AT_BOUND * (uint32_t)MAP_AT_BOUND;
+    if (refined & (uint32_t)REFINE_MANY_REFUSED)
+        return MAP_REFUSED;
+    if (refined & (uint32_t)REFINE_NOT_CONVERGED)
+        flags |= (uint32_t)MAP_NOT_CONVERGED;
+    if (refined & (uint32_t)REFINE_RESIDUAL_TOO_LARGE)
+        flags |= (uint32_t)MAP_RESIDUAL_TOO_LARGE;
+    return flags;
+}
+
+static void put_back(const struct map_fit *f, const struct map_scratch *s, size_t count, size_t n,
+                     size_t row, float *map)
+{
+    size_t numbers = map_fit_bands(f) - 1;
+    for (size_t b = 0; b < numbers; b++) {
+        float *to = map + b * row;
+        const double *from = s->answers + b * s->pixels;
+        for (size_t x = 0; x < n && count < n; x++)
+            to[x] = NAN;
+        for (size_t i = 0; i < count; i++)
+            to[s->which[i]] = (float)from[i];
+    }
+    for (size_t x = 0; x < n; x++)
+        map[numbers * row + x] = (float)s->masked[x];
+    for (size_t i = 0; i < count; i++)
+        map[numbers * row + s->which[i]] = (float)flags_of(s->flags[i]);
+}
+
+enum status map_fit_run(const struct map_fit *f, struct map_scratch *s, const float *used, size_t n,
+                        size_t row, float *map)
+{
+    judge_values(f, used, n, row, s->masked);
+    band_grid_apply(f->grid, used, n, row, s->pixels, (float)(1.0 / f->options.scale), s->banded);
+    judge_reflectances(f, s->banded, n, s->pixels, s->masked);
+    size_t count = lay_out(f, s, n);
+    struct refine_rows rows = { .R_float = s->spectra, .stride = f->grid->n, .n = count };
+    struct refine_answers answers = { .rms = s->answers + 2 * f->parameters * s->pixels,
+                                      .flags = s->flags };
+    for (size_t i = 0; i < f->parameters; i++) {
+        answers.value[f->parameter[i]] = s->answers + i * s->pixels;
+        answers.se[f->parameter[i]] = s->answers + (f->parameters + i) * s->pixels;
+    }
+    enum status status = count > 0 ? refine_many_run(f->many, &rows, 1, &answers) : STATUS_OK;
+    if (status == STATUS_OK)
+        put_back(f, s, count, n, row, map);
+    return status;
+}

@@ -1,0 +1,71 @@
+/* png_file.c - libpng, whose errors jump out of it. */
+#include "cli/png_file.h"
+
+#include <png.h>
+#include <setjmp.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+/* Maps of measured skin are noisy: looking for more than runs of one colour finds little and takes
+ * longer than the fit. */
+enum { STRATEGY = 3 }; /* zlib's Z_RLE */
+
+static void be_silent(png_structp png, png_const_charp text)
+{
+    (void)png;
+    (void)text;
+}
+
+/* All that is written between setjmp() and the end, in a function without locals that change. */
+static enum status write_all(png_structp png, png_infop info, unsigned char *index, size_t height,
+                             png_file_row *row, void *context)
+{
+    if (setjmp(png_jmpbuf(png)) != 0)
+        return STATUS_IO;
+    png_write_info(png, info);
+    for (size_t y = 0; y < height; y++) {
+        enum status s = row(y, index, context);
+        if (s != STATUS_OK)
+            return s;
+        png_write_row(png, index);
+    }
+    png_write_end(png, info);
+    return STATUS_OK;
+}
+
+static enum status describe(png_structp png, png_infop info, FILE *stream, size_t width,
+                            size_t height, const unsigned char (*rgb)[3], size_t colours)
+{
+    png_color palette[256];
+    if (setjmp(png_jmpbuf(png)) != 0)
+        return STATUS_RANGE;
+    for (size_t i = 0; i < colours; i++)
+        palette[i] = (png_color){ rgb[i][0], rgb[i][1], rgb[i][2] };
+    png_init_io(png, stream);
+    png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
+    png_set_compression_strategy(png, STRATEGY);
+    png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);
+    png_set_IHDR(png, info, (png_uint_32)width, (png_uint_32)height, 8, PNG_COLOR_TYPE_PALETTE,
+                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_PLTE(png, info, palette, (int)colours);
+    png_set_sRGB(png, info, PNG_sRGB_INTENT_RELATIVE);
+    return STATUS_OK;
+}
+
+enum status png_file_write(FILE *stream, size_t width, size_t height, const unsigned char (*rgb)[3],
+                           size_t colours, png_file_row *row, void *context)
+{
+    if (width > PNG_UINT_31_MAX || height > PNG_UINT_31_MAX)
+        return STATUS_RANGE;
+    unsigned char *index = malloc(width);
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, NULL, be_silent);
+    png_infop info = png != NULL ? png_create_info_struct(png) : NULL;
+    enum status s = index != NULL && info != NULL ? STATUS_OK : STATUS_NO_MEMORY;
+    if (s == STATUS_OK)
+        s = describe(png, info, stream, width, height, rgb, colours);
+    if (s == STATUS_OK)
+        s = write_all(png, info, index, height, row, context);
+    png_destroy_write_struct(&png, &info);
+    free(index);
+    return s;
+}
