@@ -147,7 +147,7 @@ cover: need-cover ## coverage of optics, colour, match, db and drivers: 95 % of 
 	    --filter '$(CURDIR)/src/(optics|colour|match|json|station)/' --filter '$(CURDIR)/(db|drivers)/' --branches \
 	    --txt - --fail-under-branch 90
 
-bench: need-test all $(BUILD)/bench/load $(BUILD)/bench/drivers $(BUILD)/bench/planner $(simhost) $(tables) ## speed of the station and of inversion, each figure beside its bar (3 minutes)
+bench: need-test all $(BUILD)/bench/load $(BUILD)/bench/drivers $(BUILD)/bench/planner $(simhost) $(tables) ## speed of the station, of inversion, of maps and of search, each figure beside its bar (3 minutes)
 	@BUILD=$(BUILD) python3 -B tests/bench/run.py $(BENCH)
 
 $(BUILD)/bench/load: $(BUILD)/obj/tests/bench/load.o $(lib_a)
@@ -164,6 +164,10 @@ $(BUILD)/bench/de2000: $(call objects,tests/bench/de2000.c tests/support/de2000_
 $(BUILD)/bench/planner: $(BUILD)/obj/tests/bench/planner.o $(db_o) $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
+
+$(BUILD)/bench/map_rate: $(BUILD)/obj/tests/bench/map_rate.o $(lib_a)
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
 
 # Ours beside cminpack's lmder.
 $(BUILD)/obj/tests/bench/inversion.o: PKG_CFLAGS += $(shell pkg-config --cflags cminpack)

@@ -221,17 +221,19 @@ static uint32_t first_reason(uint32_t masked)
 /* The spectra to fit, one after the other; how many. */
 static size_t lay_out(const struct map_fit *f, struct map_scratch *s, size_t n)
 {
+    enum { AT_A_TIME = 16 };
     size_t bands = f->grid->n, count = 0;
     for (size_t x = 0; x < n; x++) {
         s->masked[x] = first_reason(s->masked[x]);
         s->which[count] = x;
         count += s->masked[x] == 0 ? 1 : 0;
     }
-    for (size_t i = 0; i < count; i++) {
-        const float *from = s->banded + s->which[i];
-        float *to = s->spectra + i * bands;
+    /* A few spectra at a time stay at hand while bands are added to them. */
+    for (size_t first = 0; first < count; first += AT_A_TIME) {
+        size_t m = count - first < AT_A_TIME ? count - first : AT_A_TIME;
         for (size_t b = 0; b < bands; b++)
-            to[b] = from[b * s->pixels];
+            for (size_t i = first; i < first + m; i++)
+                s->spectra[i * bands + b] = s->banded[b * s->pixels + s->which[i]];
     }
     return count;
 }

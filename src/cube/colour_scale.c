@@ -21,7 +21,7 @@
 #define CHROMA_LEAST 26.0
 #define RISE 0.3
 /* Short pieces of the curve, whose lengths are added up. */
-enum { PIECES = 2048 };
+enum { PIECES = 512 };
 
 /* Linear sRGB of a colour; whether a screen has it. */
 static bool on_screen(const double LCh[3], double linear[3])
@@ -44,7 +44,7 @@ static void curve(double t, double Lab[3], double linear[3])
     double hue = HUE_LEAST + t * (HUE_MOST - HUE_LEAST);
     double LCh[3] = { L_LEAST + t * (L_MOST - L_LEAST), 0.0, hue < 0.0 ? hue + 360.0 : hue };
     double least = 0.0, most = 150.0;
-    for (int i = 0; i < 40; i++) {
+    for (int i = 0; i < 24; i++) {
         LCh[1] = 0.5 * (least + most);
         if (on_screen(LCh, linear))
             least = LCh[1];

@@ -64,14 +64,22 @@ bool map_picture_line(const struct map_picture *p, size_t y, size_t *line)
     return true;
 }
 
-static unsigned char index_of(const struct map_picture *p, double value)
+/* Without branches: values of neighbours are in any order. */
+static unsigned char index_of(double value, double lo, double per)
 {
-    double place = (value - p->lo) / (p->hi - p->lo) * (PICTURE_MOST + 1);
-    if (isnan(value))
-        return PICTURE_NOTHING;
-    if (!(place > 0.0))
-        return PICTURE_LEAST;
-    return place < PICTURE_MOST ? (unsigned char)place : PICTURE_MOST;
+    double place = (value - lo) * per;
+    place = place > PICTURE_LEAST ? place : PICTURE_LEAST; /* NaN is not */
+    place = place < PICTURE_MOST ? place : PICTURE_MOST;
+    return (unsigned char)(isnan(value) ? (int)PICTURE_NOTHING : (int)place);
+}
+
+static void map_row(const struct map_picture *p, const float *value, unsigned char *index)
+{
+    double lo = p->lo, per = (PICTURE_MOST + 1) / (p->hi - p->lo);
+    for (size_t i = 0; i < p->samples && p->zoom == 1; i++)
+        index[i] = index_of((double)value[i], lo, per);
+    for (size_t i = 0; i < p->samples && p->zoom > 1; i++)
+        memset(index + i * p->zoom, index_of((double)value[i], lo, per), p->zoom);
 }
 
 /* What of a text stands in the row that is `down` pixels below its top. */
@@ -89,8 +97,7 @@ void map_picture_row(const struct map_picture *p, size_t y, const float *value,
     size_t letters = TINY_FONT_HEIGHT * p->dot, wide = inner_width(p);
     memset(index, PICTURE_PAPER, p->width);
     if (value != NULL) {
-        for (size_t i = 0; i < p->samples; i++)
-            memset(index + MARGIN + i * p->zoom, index_of(p, (double)value[i]), p->zoom);
+        map_row(p, value, index + MARGIN);
     } else if (y >= title_top(p) && y < title_top(p) + letters) {
         print(p, p->title, MARGIN, y - title_top(p), index);
     } else if (y >= bar_top(p) && y < bar_top(p) + BAR * p->dot) {

@@ -48,17 +48,18 @@ void quantiles_between(struct quantiles *q)
             rank -= q->upper[half];
         q->half[k] = half;
         q->rank[k] = rank;
+        q->of_interest[half] = true;
     }
 }
 
 void quantiles_second(struct quantiles *q, const float *value, size_t n)
 {
     for (size_t i = 0; i < n; i++) {
-        uint32_t order = order_of(value[i]);
-        if (isnan(value[i]))
+        uint32_t order = order_of(value[i]), half = order >> 16;
+        if (!q->of_interest[half] || isnan(value[i])) /* most are not */
             continue;
         for (size_t k = 0; k < q->wanted; k++)
-            q->lower[k][order & 0xffff] += order >> 16 == q->half[k] ? 1u : 0u;
+            q->lower[k][order & 0xffff] += half == q->half[k] ? 1u : 0u;
     }
 }
 

@@ -6,6 +6,7 @@
 #ifndef SKINSPEC_CUBE_QUANTILES_H
 #define SKINSPEC_CUBE_QUANTILES_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -14,9 +15,10 @@ enum { QUANTILES_MOST = 4, QUANTILES_HALF = 1 << 16 };
 struct quantiles {
     size_t wanted;
     double share[QUANTILES_MOST];
-    uint64_t count;                /* of all numbers, after the first pass */
-    uint64_t rank[QUANTILES_MOST]; /* of each quantile, within its half */
-    uint32_t half[QUANTILES_MOST]; /* where it lies */
+    uint64_t count;                   /* of all numbers, after the first pass */
+    uint64_t rank[QUANTILES_MOST];    /* of each quantile, within its half */
+    uint32_t half[QUANTILES_MOST];    /* where it lies */
+    bool of_interest[QUANTILES_HALF]; /* a quantile lies there */
     uint64_t upper[QUANTILES_HALF];
     uint64_t lower[QUANTILES_MOST][QUANTILES_HALF];
 };

@@ -20,6 +20,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import environment  # noqa: E402
 import latency  # noqa: E402
 import machine  # noqa: E402
+import maps  # noqa: E402
 import queries  # noqa: E402
 import services  # noqa: E402
 
@@ -40,6 +41,7 @@ SHARE_OF_REDIS = 50
 ADDED_MS = 2
 DRIVER_MS = 2
 STATUS_MS, MATCH_MS = 50, 500
+MAP_SHARE = 80
 IDLE_PERCENT = 0.05  # prints as 0.0
 RESIDENT_MB = 40
 TIMES_IADPYTHON = 100
@@ -262,6 +264,42 @@ def show_planner():
     row("others took of all cores", f"{others.percent:.0f} %")
 
 
+# ---- maps -----------------------------------------------------------------------------------
+
+
+def show_map():
+    """A cube of a million pixels to maps and pictures, beside the same fits in memory on as many
+    threads: in turns, the medians of ROUNDS, of wall clock and of CPU."""
+    subprocess.run(["make", "--no-print-directory", f"BUILD={services.BUILD}", maps.RATE], check=True)
+    cores = len(os.sched_getaffinity(0))
+    for model in ("half-space", "two-layer"):
+        with tempfile.TemporaryDirectory(prefix="skinspec-bench.", dir=MEMORY) as folder:
+            cubes = maps.write(folder, model)
+            heading(f"a cube of 1000 x 1000 x 31 to maps of Cm, Bm, Ch, {model}, {cores} threads: "
+                    f"median of {ROUNDS}, seconds, and CPU seconds")  # fmt: skip
+            reference = cubes["bip", 4, 0]
+            took = {name: [] for name in ("in memory", *cubes)}
+            with machine.Others() as others:
+                for _ in range(ROUNDS):
+                    took["in memory"].append(maps.in_memory(reference, model, "three", cores))
+                    for layout, cube in cubes.items():
+                        took[layout].append(maps.mapped(cube, model, "three", folder + "/out"))
+            wall, cpu = (
+                {name: statistics.median(x[i] for x in took[name]) for name in took} for i in (0, 1)
+            )
+            row("in memory", f"{wall['in memory']:.2f} {cpu['in memory']:.2f}")
+            for (interleave, kind, order), _ in cubes.items():
+                layout = interleave, kind, order
+                name = f"{interleave}, {'float32' if kind == 4 else 'uint16'}, byte order {order}"
+                row(name, f"{wall[layout]:.2f} {cpu[layout]:.2f}")
+            slowest = max(cubes, key=lambda layout: wall[layout])
+            share = 100 * wall["in memory"] / wall[slowest]
+            row("rate of the slowest, of that in memory", f"{share:.0f} %", f">= {MAP_SHARE} %",
+                share >= MAP_SHARE)  # fmt: skip
+            row("the same by CPU", f"{100 * cpu['in memory'] / max(cpu[x] for x in cubes):.0f} %")
+            row("others took of all cores", f"{others.percent:.0f} %")
+
+
 SECTIONS = {
     "throughput": show_throughput,
     "clients": show_clients,
@@ -271,6 +309,7 @@ SECTIONS = {
     "inversion": show_inversion,
     "transport": show_transport,
     "planner": show_planner,
+    "map": show_map,
 }
 
 

@@ -289,7 +289,8 @@ class Stopped(MapCase):
         self.assertFalse(os.path.exists(prefix + ".img.resume"))
 
     def stop_resumed(self, cube, how):
-        process = start("map", cube, *SCE, "--refine=skin", "--resume", stderr=-1, stdout=-1)
+        process = start("map", cube, *SCE, "--refine=skin", "--resume", "--threads", "2", stderr=-1,
+                        stdout=-1)  # fmt: skip
         time.sleep(0.4)
         process.send_signal(how)
         _, err = process.communicate(timeout=60)
