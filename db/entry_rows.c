@@ -94,9 +94,14 @@ static int entry_eof(sqlite3_vtab_cursor *cursor)
     return own(cursor)->at >= own(cursor)->rows->n;
 }
 
+static sqlite3_int64 id_of(const struct entry_cursor *c)
+{
+    return (sqlite3_int64)c->rows->first + (sqlite3_int64)c->at + 1;
+}
+
 static int entry_rowid(sqlite3_vtab_cursor *cursor, sqlite3_int64 *ret)
 {
-    *ret = (sqlite3_int64)(own(cursor)->rows->first + own(cursor)->at + 1);
+    *ret = id_of(own(cursor));
     return SQLITE_OK;
 }
 
@@ -110,7 +115,7 @@ static int entry_column(sqlite3_vtab_cursor *cursor, sqlite3_context *context, i
     enum { SPECTRUM = 1 + (int)(sizeof value / sizeof *value) };
     size_t bands = t->recipe.bands;
     if (column == 0)
-        sqlite3_result_int64(context, (sqlite3_int64)(c->rows->first + c->at + 1));
+        sqlite3_result_int64(context, id_of(c));
     else if (column < SPECTRUM)
         sqlite3_result_double(context, value[column - 1][c->at]);
     else if (bands > 0) { /* NULL else; what stays where it is until the next row is not copied */
