@@ -20,7 +20,8 @@ extern "C" {
 #include "optics/kubelka_munk.h"
 #include "optics/model.h" /* all models behind one interface */
 #include "optics/monte_carlo.h"
-#include "optics/paper.h" /* the paper's RGB computation */
+#include "optics/opaque.h" /* an epidermis that lets next to nothing through */
+#include "optics/paper.h"  /* the paper's RGB computation */
 #include "optics/slopes.h"
 #include "optics/tissue.h"
 #include "optics/tissue_slopes.h"
@@ -46,6 +47,11 @@ extern "C" {
 #include "match/refined_match.h" /* the same from the rows of a table on */
 #include "match/skin_fit.h"      /* the fit for measured skin */
 #include "match/table.h"
+
+#include "plan/costs.h"
+#include "plan/plan.h" /* the cheapest way to what a scene wants */
+#include "plan/plan_run.h"
+#include "plan/scene.h"
 
 #ifdef __cplusplus
 }

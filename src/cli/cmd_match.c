@@ -482,7 +482,7 @@ int cmd_match(int argc, char **argv)
         "why.\n\n"
         "Examples:\n"
         "  skinspec match docs/examples/skin.csv --k 3\n"
-        "  skinspec match docs/examples/skin.csv --scene docs/examples/scene.json --json\n"
+        "  skinspec match docs/examples/skin.csv --json --scene docs/examples/want.json\n"
         "  skinspec match docs/examples/skin.csv --refine --noise 0.003 --json\n"
         "  skinspec match sci.csv --specular sci --surface 0.04 --by de2000 --json\n",
         NULL,

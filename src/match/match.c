@@ -151,7 +151,7 @@ enum status matcher_match_asked(const struct matcher *matcher, const struct matc
 {
     struct nearest_query query = { .spectrum = spectrum, .range = ask->range, .work = ask->work };
     bool no_colour = ask->no_colour && matcher->by == MATCH_SPECTRUM;
-    struct match match = { .by = matcher->by, .dE00 = NAN };
+    struct match match = { .by = matcher->by, .dE00 = NAN, .rms = NAN };
     struct nearest_hit two[2]; /* a tie shows only in the second */
     if (k == 0)
         return STATUS_RANGE;
@@ -168,9 +168,10 @@ enum status matcher_match_asked(const struct matcher *matcher, const struct matc
     table_get(matcher->table, match.row_index, &match.row);
     if (query.has_colour)
         match.dE00 = delta_e_2000(query.Lab, match.row.Lab);
-    match.rms = matcher->by == MATCH_SPECTRUM
-                    ? match.distance
-                    : nearest_rms(matcher->table, match.row_index, spectrum);
+    if (matcher->by == MATCH_SPECTRUM)
+        match.rms = match.distance;
+    else if (!ask->no_spectra)
+        match.rms = nearest_rms(matcher->table, match.row_index, spectrum);
     match.flags = flags_of(matcher, spectrum, &match, found, no_colour);
     if (k < 2) {
         hits[0] = two[0];

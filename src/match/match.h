@@ -69,6 +69,7 @@ enum status matcher_colour(const struct table *table, const struct spectrum *spe
 /* What is asked beside the nearest row. */
 struct match_ask {
     bool no_colour; /* by spectrum: no colour is computed; dE00 is NAN, and nothing is said of it */
+    bool no_spectra; /* by colour: the table's spectra are not looked at; rms is NAN */
     const struct nearest_range *range; /* NULL: all rows */
     struct nearest_work *work;         /* NULL: not counted */
 };

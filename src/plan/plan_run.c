@@ -42,6 +42,7 @@ static void take_range(const struct scene *scene, struct plan_runner *r)
     }
     r->ask.range = scene_is_ranged(scene) ? &r->range : NULL;
     r->ask.no_colour = !plan_runs(&r->plan, PLAN_COLOUR);
+    r->ask.no_spectra = !plan_runs(&r->plan, PLAN_SPECTRA);
 }
 
 static enum status open_colour(struct plan_runner *r)

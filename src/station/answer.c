@@ -110,9 +110,7 @@ static enum status settle(const struct store_record *record, struct spectrum *re
     return spectrum_remove_surface(replicate, record->surface, NULL);
 }
 
-/* The replicates that the mean is of: malloc'ed.  Where there is one spectrum alone, that. */
-static enum status replicates_of(const struct store_record *record, struct spectrum **ret,
-                                 size_t *n)
+enum status answer_replicates(const struct store_record *record, struct spectrum **ret, size_t *n)
 {
     const struct spectrum *all = isnan(record->surface) ? record->replicate : record->replicate_sci;
     double a_star[QUALITY_MAX_REPLICATES];
@@ -169,7 +167,7 @@ enum status answer_fit(struct loaded_table *table, enum match_by by, const struc
     *why = NULL;
     enum status s = loaded_matcher(table, by, &matcher);
     if (s == STATUS_OK)
-        s = replicates_of(record, &replicate, &n);
+        s = answer_replicates(record, &replicate, &n);
     if (s == STATUS_OK)
         s = fit(matcher, wish, k, hits, record, replicate, n, ret, why);
     free(replicate);

@@ -67,6 +67,10 @@ enum status answer_refine(struct loaded_table *table, enum match_by by,
                           const struct refine_wish *wish, size_t k, struct nearest_hit *hits,
                           struct store_record *record, cJSON **ret, const char **why);
 
+/* The spectra that the record's mean is of, SCE: malloc'ed, n of them; where there is one spectrum
+ * alone, that.  STATUS_RANGE where the surface is more than a replicate's own reading. */
+enum status answer_replicates(const struct store_record *record, struct spectrum **ret, size_t *n);
+
 /* The result of record.recompute: colour, match and refined skin computed again from the record's
  * spectra and compared, number by number, with what is stored.  The table must be the one of the
  * record's hash.  STATUS_FORMAT where the stored match cannot be read; STATUS_UNSUPPORTED where the

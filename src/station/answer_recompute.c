@@ -1,8 +1,10 @@
 /* answer_recompute.c - what a record says, computed again from its spectra and compared. */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "station/answer.h"
+#include "station/answer_scene.h"
 #include "station/strict_json.h"
 #include "station/wire.h"
 
@@ -131,6 +133,33 @@ static enum status make_result(const char *id, const struct comparison *c, cJSON
     return STATUS_NO_MEMORY;
 }
 
+/* Every number and text of one tree against the other's, but for `skip`, a member of both. */
+static void compare_trees(struct comparison *c, const cJSON *stored, const cJSON *now,
+                          const char *skip)
+{
+    if (cJSON_IsNumber(stored) && cJSON_IsNumber(now)) {
+        compare(c, stored->valuedouble, now->valuedouble);
+        return;
+    }
+    if (!cJSON_IsObject(stored) && !cJSON_IsArray(stored)) {
+        compare_whole(c, cJSON_Compare(stored, now, true));
+        return;
+    }
+    compare_whole(c, stored->type == now->type &&
+                         cJSON_GetArraySize(stored) == cJSON_GetArraySize(now));
+    bool named = cJSON_IsObject(stored);
+    const cJSON *other = now->child;
+    for (const cJSON *one = stored->child; one != NULL; one = one->next) {
+        const cJSON *same = named ? strict_json_member(now, one->string) : other;
+        other = other != NULL ? other->next : NULL;
+        if (named && skip != NULL && strcmp(one->string, skip) == 0)
+            continue;
+        compare_whole(c, same != NULL);
+        if (same != NULL)
+            compare_trees(c, one, same, NULL);
+    }
+}
+
 /* What was found then, and what is found now, as objects. */
 struct both {
     cJSON *before, *after;
@@ -173,6 +202,47 @@ static enum status refine_again(struct loaded_table *table, const struct store_r
     return s;
 }
 
+/* The scene that was settled then: it chooses nothing anew.  The plan itself is not compared: what
+ * it takes may change where the answer does not. */
+static enum status plan_again(struct loaded_table *table, const struct store_record *record,
+                              struct comparison *c, struct both *ret)
+{
+    struct store_record *copy = malloc(sizeof *copy);
+    char why[SCENE_WHY_SIZE];
+    struct scene scene;
+    enum status s = copy != NULL ? answer_scene_of(ret->before, &scene) : STATUS_NO_MEMORY;
+    if (s == STATUS_OK) {
+        *copy = *record;
+        scene.k = 1; /* rows are not stored */
+        s = answer_scene(table, &scene, true, copy, &ret->after, why);
+    }
+    cJSON_Delete(ret->after);
+    ret->after = NULL;
+    if (s == STATUS_OK) {
+        const char *text = copy->refined_json[0] != '\0' ? copy->refined_json : copy->match_json;
+        enum strict_json_fault fault;
+        s = strict_json_parse(text, strlen(text), &ret->after, &fault, NULL);
+    }
+    if (s == STATUS_OK)
+        compare_trees(c, ret->before, ret->after, "plan");
+    free(copy);
+    return s;
+}
+
+/* Whether the record's match was made by a scene; *stored then has it. */
+static bool has_plan(const struct store_record *record, cJSON **stored)
+{
+    const char *text = record->refined_json[0] != '\0' ? record->refined_json : record->match_json;
+    enum strict_json_fault fault;
+    if (strict_json_parse(text, strlen(text), stored, &fault, NULL) != STATUS_OK)
+        return false;
+    if (answer_has_scene(*stored))
+        return true;
+    cJSON_Delete(*stored);
+    *stored = NULL;
+    return false;
+}
+
 static void forget(struct both *both)
 {
     cJSON_Delete(both->before);
@@ -186,8 +256,10 @@ enum status answer_recompute(struct answer_weights *weights, struct loaded_table
     struct comparison comparison = { true, 0.0 };
     struct both both = { NULL, NULL };
     struct answer_colour colour;
-    enum status s = find_again(table, record, &comparison, &both);
-    if (s == STATUS_OK && record->refined_json[0] != '\0') {
+    bool planned = has_plan(record, &both.before);
+    enum status s = planned ? plan_again(table, record, &comparison, &both)
+                            : find_again(table, record, &comparison, &both);
+    if (s == STATUS_OK && !planned && record->refined_json[0] != '\0') {
         forget(&both);
         s = refine_again(table, record, &comparison, &both);
     }

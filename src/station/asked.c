@@ -141,8 +141,8 @@ void asked_calibrate(const struct bench *bench, enum driver_calibration step)
 
 void asked_measure(const struct bench *bench, const struct request *request)
 {
-    static const char *const how[] = { "specular", "surface", "replicates", "pace",      "table",
-                                       "by",       "refine",  "noise",      "placement", "fix" };
+    static const char *const how[] = { "specular", "surface", "replicates", "pace", "table", "by",
+                                       "refine",   "noise",   "placement",  "fix",  "scene" };
     if (bench->capture != NULL)
         put(bench->capture, "measure", parts(request->params, how, sizeof how / sizeof *how));
 }

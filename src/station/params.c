@@ -10,6 +10,7 @@
 
 #include "json/print.h"
 #include "station/strict_json.h"
+#include "station/wire.h"
 
 const char *params_text(const struct request *request, const char *name)
 {
@@ -98,6 +99,33 @@ bool params_wish(const struct request *request, struct refine_wish *ret, struct 
         ret->fix[i] = value != NULL ? value->valuedouble : (double)NAN;
     }
     return true;
+}
+
+bool params_scene(const struct request *request, struct scene *ret, bool *has,
+                  struct refusal *refusal)
+{
+    static const char *const inside[] = { "by", "k", "refine", "noise", "placement", "fix" };
+    const cJSON *scene = strict_json_member(request->params, "scene");
+    char why[SCENE_WHY_SIZE];
+    *has = scene != NULL;
+    for (size_t i = 0; *has && i < sizeof inside / sizeof *inside; i++) {
+        if (!params_has(request, inside[i]))
+            continue;
+        refusal_set(refusal, REASON_PARAMS_INVALID,
+                    "`%s` does not go with `scene`: say it in the scene", inside[i]);
+        snprintf(refusal->path, sizeof refusal->path, "/params/%s", inside[i]);
+        return false;
+    }
+    if (!*has || wire_read_scene(scene, ret, why) == STATUS_OK)
+        return true;
+    params_refuse_scene(refusal, why);
+    return false;
+}
+
+void params_refuse_scene(struct refusal *refusal, const char *why)
+{
+    refusal_set(refusal, REASON_PARAMS_INVALID, "%s", why);
+    snprintf(refusal->path, sizeof refusal->path, "/params/scene");
 }
 
 /* ---- what is asked ------------------------------------------------------------------ */

@@ -9,6 +9,7 @@
 #include "base/spectrum.h"
 #include "match/nearest.h"
 #include "match/refined_match.h"
+#include "plan/scene.h"
 #include "station/protocol.h"
 
 const char *params_text(const struct request *request, const char *name); /* NULL: absent */
@@ -29,6 +30,14 @@ bool params_by(const struct request *request, enum match_by *ret); /* false: abs
 /* refine, noise, placement, fix.  False with *refusal where one of the last three is there without
  * the first. */
 bool params_wish(const struct request *request, struct refine_wish *ret, struct refusal *refusal);
+
+/* `scene`; *has: whether there is one.  False, with *refusal, for one that is none, contradicts
+ * itself, or stands beside what belongs into it. */
+bool params_scene(const struct request *request, struct scene *ret, bool *has,
+                  struct refusal *refusal);
+
+/* params_invalid at /params/scene. */
+void params_refuse_scene(struct refusal *refusal, const char *why);
 
 /* SHA-256 of what is asked, to tell a retry from another request with the same uuid: all
  * members but `lease` and `uuid`, whatever their order.  STATUS_NO_MEMORY. */

@@ -9,6 +9,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "json/give.h"
+#include "station/answer_scene.h"
 #include "station/asked.h"
 #include "station/params.h"
 #include "station/parking.h"
@@ -172,7 +173,9 @@ static void add_flag(struct store_record *record, const char *token)
 
 static void store(struct run *run)
 {
-    if (run->wish.kind != REFINE_NOT && run->record->refined_json[0] == '\0')
+    bool refined =
+        run->has_scene ? (run->scene.wanted & SCENE_REFINED) != 0 : run->wish.kind != REFINE_NOT;
+    if (refined && run->record->refined_json[0] == '\0')
         add_flag(run->record, "not_refined");
     run->phase = RUN_STORING;
     run->write = (struct write_job){ .job.done = stored, .kind = WRITE_RECORD };
@@ -182,8 +185,23 @@ static void store(struct run *run)
 
 /* ---- matched ------------------------------------------------------------------------ */
 
+/* As below, what cannot be done leaves a record without a match. */
+static void match_by_scene(struct run *run)
+{
+    cJSON *match = NULL;
+    char why[SCENE_WHY_SIZE];
+    if (answer_scene(run->loaded, &run->scene, true, run->record, &match, why) != STATUS_OK &&
+        why[0] != '\0')
+        log_warning("station: '%s': the scene is not matched: %s", run->bench->name, why);
+    cJSON_Delete(match);
+}
+
 static void match_with(struct run *run)
 {
+    if (run->has_scene) {
+        match_by_scene(run);
+        return;
+    }
     struct nearest_hit hits[REFINE_STARTS];
     enum match_by by = run->has_by ? run->by : matcher_default_by(loaded_table(run->loaded));
     const char *why;
@@ -216,7 +234,7 @@ static void matched(struct job *job)
  * for a look at the store. */
 static bool refines_long(const struct run *run)
 {
-    return run->wish.kind != REFINE_NOT &&
+    return (run->has_scene || run->wish.kind != REFINE_NOT) &&
            loaded_table(run->loaded)->recipe.model->quick == MODEL_QUICK_NONE;
 }
 
@@ -225,6 +243,10 @@ static void match(struct run *run)
     struct station *station = run->bench->station;
     struct refusal refusal;
     const char *name = run->table[0] != '\0' ? run->table : NULL;
+    if (run->has_scene && !scene_wants_skin(&run->scene)) { /* a record has its colours anyway */
+        store(run);
+        return;
+    }
     enum status s = station_table(station, name, &run->loaded, &refusal);
     if (s == STATUS_CANCELLED)
         return; /* run_table_changed() comes here again */
@@ -233,7 +255,7 @@ static void match(struct run *run)
         return;
     }
     enum match_by by = run->has_by ? run->by : matcher_default_by(loaded_table(run->loaded));
-    if (run->wish.kind == REFINE_NOT && answer_is_quick(run->loaded, by, 0)) {
+    if (!run->has_scene && run->wish.kind == REFINE_NOT && answer_is_quick(run->loaded, by, 0)) {
         match_with(run);
         store(run);
         return;
@@ -464,7 +486,8 @@ static bool set_up(struct run *run, const struct request *request)
 {
     struct measuring *m = &run->measuring;
     struct refusal refusal;
-    (void)params_wish(request, &run->wish, &refusal); /* it was looked at before */
+    (void)params_wish(request, &run->wish, &refusal); /* both were looked at before */
+    (void)params_scene(request, &run->scene, &run->has_scene, &refusal);
     const char *pace = params_text(request, "pace");
     m->specular = params_specular(request);
     m->surface = params_number(request, "surface", NAN);

@@ -9,6 +9,7 @@
 #ifndef SKINSPEC_STATION_RUN_H
 #define SKINSPEC_STATION_RUN_H
 
+#include "plan/scene.h"
 #include "station/bench.h"
 #include "station/measuring.h"
 #include "station/ticket.h"
@@ -44,6 +45,8 @@ struct run {
     bool has_by;
     enum match_by by;
     struct refine_wish wish;
+    bool has_scene; /* then by and wish are not looked at */
+    struct scene scene;
     struct loaded_table *loaded;
 };
 

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "station/answer_scene.h"
 #include "station/params.h"
 #include "station/parking.h"
 #include "station/reading.h"
@@ -31,6 +32,9 @@ struct matching {
     enum match_by by;
     size_t k;
     struct refine_wish wish;
+    bool has_scene; /* then by, k and wish are not looked at */
+    struct scene scene;
+    char scene_why[SCENE_WHY_SIZE];
     bool store;
     enum status matched;
     const char *why; /* it could not be refined; NULL: matched says it all */
@@ -182,8 +186,19 @@ static void stored(struct job *job)
 
 /* ---- matched ------------------------------------------------------------------------ */
 
+static void match_scene(struct matching *m, struct answer_weights *weights)
+{
+    m->matched = answer_scene(m->table, &m->scene, m->store, m->record, &m->result, m->scene_why);
+    if (m->matched == STATUS_OK && m->store)
+        answer_colour(weights, m->record);
+}
+
 static void match(struct matching *m, struct answer_weights *weights)
 {
+    if (m->has_scene) {
+        match_scene(m, weights);
+        return;
+    }
     bool refine = m->wish.kind != REFINE_NOT;
     cJSON **result = m->k > 0 ? &m->result : NULL;
     m->matched = answer_match(m->table, m->by, m->k, m->hits, m->record, refine ? NULL : result);
@@ -194,10 +209,28 @@ static void match(struct matching *m, struct answer_weights *weights)
         answer_colour(weights, m->record);
 }
 
+/* What of a scene could not be done, in words where there are any. */
+static void refuse_scene(struct matching *m)
+{
+    struct refusal refusal;
+    if (m->matched == STATUS_NO_MEMORY)
+        refusal_set(&refusal, REASON_NO_MEMORY, NULL);
+    else if (m->matched == STATUS_CANCELLED)
+        refusal_set(&refusal, REASON_SHUTTING_DOWN, NULL);
+    else if (m->scene_why[0] != '\0')
+        params_refuse_scene(&refusal, m->scene_why);
+    else
+        refusal_set(&refusal, REASON_SPECTRUM_UNSUITABLE, NULL);
+    station_refuse(m->station, &m->ticket, &refusal);
+    matching_free(m);
+}
+
 static void go_on(struct matching *m)
 {
     struct station *station = m->station;
-    if (m->matched != STATUS_OK) {
+    if (m->matched != STATUS_OK && m->has_scene) {
+        refuse_scene(m);
+    } else if (m->matched != STATUS_OK) {
         bool no_spectra = m->by == MATCH_SPECTRUM && loaded_table(m->table)->spectrum == NULL;
         enum reason reason = m->matched == STATUS_NO_MEMORY   ? REASON_NO_MEMORY
                              : m->matched == STATUS_CANCELLED ? REASON_SHUTTING_DOWN
@@ -304,16 +337,16 @@ static struct matching *make(struct station *station, const struct client *clien
 static void begin(struct matching *m, const struct request *request, struct loaded_table *table)
 {
     struct refusal refusal;
-    if (!station_table_refines(table, &m->wish, &refusal) ||
-        !take_spectrum(request, m->record, &refusal)) {
+    bool refines = m->has_scene || station_table_refines(table, &m->wish, &refusal);
+    if (!refines || !take_spectrum(request, m->record, &refusal)) {
         station_refuse(m->station, &m->ticket, &refusal);
         matching_free(m);
         return;
     }
     m->table = table;
-    if (!params_by(request, &m->by))
+    if (!m->has_scene && !params_by(request, &m->by))
         m->by = matcher_default_by(loaded_table(table));
-    if (m->wish.kind == REFINE_NOT && answer_is_quick(table, m->by, m->k)) {
+    if (!m->has_scene && m->wish.kind == REFINE_NOT && answer_is_quick(table, m->by, m->k)) {
         match(m, &m->station->weights);
         go_on(m);
     } else {
@@ -329,16 +362,21 @@ static void begin(struct matching *m, const struct request *request, struct load
 static void match_anew(struct station *station, struct client *client, struct request *request)
 {
     struct ticket ticket = ticket_of(client, request);
-    struct loaded_table *table;
+    struct loaded_table *table = NULL;
     struct refine_wish wish;
     struct refusal refusal;
-    if (!params_wish(request, &wish, &refusal)) {
+    struct scene scene;
+    bool has_scene;
+    if (!params_scene(request, &scene, &has_scene, &refusal) ||
+        !params_wish(request, &wish, &refusal)) {
         station_refuse(station, &ticket, &refusal);
         return;
     }
     if (params_is_true(request, "store") && !station_can_write(station, &ticket))
         return;
-    enum status s = station_table(station, params_text(request, "table"), &table, &refusal);
+    enum status s = STATUS_OK;
+    if (!has_scene || scene_wants_skin(&scene)) /* colours alone take no table */
+        s = station_table(station, params_text(request, "table"), &table, &refusal);
     if (s == STATUS_CANCELLED) {
         station_park(station, client, request);
         return;
@@ -353,6 +391,11 @@ static void match_anew(struct station *station, struct client *client, struct re
         return;
     }
     m->wish = wish;
+    m->has_scene = has_scene;
+    if (has_scene) {
+        m->scene = scene;
+        m->k = scene.k; /* the reply is more than what is stored */
+    }
     begin(m, request, table);
 }
 

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "station/answer_scene.h"
 #include "station/params.h"
 #include "station/parking.h"
 #include "station/reading.h"
@@ -54,21 +55,40 @@ static bool measures(const struct bench *bench, const struct request *request,
     return false;
 }
 
+/* Whether what the scene wants can be had of the bands that the instrument is set to: said before
+ * the first shot, as far as it can be. */
+static bool has_plan(const struct bench *bench, struct loaded_table *table,
+                     const struct scene *scene, struct refusal *refusal)
+{
+    const struct spectrum bands = bench_bands(bench);
+    char why[SCENE_WHY_SIZE];
+    if (answer_scene_check(table, scene, bands.first_nm, bands.step_nm, bands.n, why) == STATUS_OK)
+        return true;
+    params_refuse_scene(refusal, why);
+    return false;
+}
+
 /* A default table that is missing is no hindrance: the record has no match then.  *loads: whether
  * it can be refined is known only when the table is there. */
-static bool has_table(struct station *station, const struct request *request, bool *loads,
-                      struct refusal *refusal)
+static bool has_table(struct station *station, const struct bench *bench,
+                      const struct request *request, bool *loads, struct refusal *refusal)
 {
     const char *name = params_text(request, "table");
     struct loaded_table *table;
     struct refine_wish wish;
+    struct scene scene;
+    bool has_scene;
     *loads = false;
-    if (!params_wish(request, &wish, refusal))
+    if (!params_scene(request, &scene, &has_scene, refusal) ||
+        !params_wish(request, &wish, refusal))
         return false;
-    if (name == NULL && wish.kind == REFINE_NOT)
+    bool searches = has_scene && scene_wants_skin(&scene);
+    if (name == NULL && wish.kind == REFINE_NOT && !searches)
         return true;
     enum status s = station_table(station, name, &table, refusal);
-    *loads = s == STATUS_CANCELLED && wish.kind != REFINE_NOT;
+    *loads = s == STATUS_CANCELLED && (wish.kind != REFINE_NOT || searches);
+    if (s == STATUS_OK && searches)
+        return has_plan(bench, table, &scene, refusal);
     if (s == STATUS_OK)
         return station_table_refines(table, &wish, refusal);
     return name == NULL || s != STATUS_NOT_FOUND;
@@ -93,7 +113,7 @@ static void start(struct station *station, struct client *client, struct request
     bool loads = false;
     bool may = bench != NULL && bench_is_free(bench, &refusal) &&
                measures(bench, request, &refusal) && run_is_calibrated(bench, &refusal) &&
-               has_table(station, request, &loads, &refusal);
+               has_table(station, bench, request, &loads, &refusal);
     if (may && loads)
         station_park(station, client, request);
     else if (!may)

@@ -360,7 +360,9 @@ static void take_intervals(struct taker *t, struct refined *r)
         take_pair(&all, skin_parameter_name(i), &r->lo[i], &r->hi[i]);
     take_pair(&scattering, "a", &r->lo[SKIN_SCATTERING_A], &r->hi[SKIN_SCATTERING_A]);
     take_pair(&scattering, "b", &r->lo[SKIN_SCATTERING_B], &r->hi[SKIN_SCATTERING_B]);
-    t->failed = t->failed || all.object == NULL || all.failed || scattering.failed;
+    bool may_be_absent = taker_member(t, "plan") != NULL; /* it was not wanted */
+    t->failed =
+        t->failed || (all.object == NULL && !may_be_absent) || all.failed || scattering.failed;
 }
 
 static void take_errors(struct taker *t, struct refined *r)
@@ -371,7 +373,8 @@ static void take_errors(struct taker *t, struct refined *r)
         r->free |= isnan(r->se[i]) ? 0u : 1u << i;
     struct taker again = { taker_member(t, "repeat_se"), false };
     take_skin(&again, r->repeat_se);
-    t->failed = t->failed || se.object == NULL || se.failed || again.failed;
+    bool may_be_absent = taker_member(t, "plan") != NULL; /* they were not wanted */
+    t->failed = t->failed || (se.object == NULL && !may_be_absent) || se.failed || again.failed;
 }
 
 /* What was asked: a size of noise that was found out is found out again. */

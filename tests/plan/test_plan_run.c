@@ -183,6 +183,7 @@ static void test_nearest_by_lab(void)
         TEST_ASSERT_EQUAL_size_t(whole.row_index, a.nearest.row_index);
         same(&whole.distance, &a.nearest.distance, 1);
         same(&whole.dE00, &a.nearest.dE00, 1);
+        TEST_ASSERT_TRUE(isnan(a.nearest.rms));
     }
     plan_close(o.runner);
 }

@@ -22,7 +22,7 @@ enum need {
     NEED_WAITING     /* and a measurement waits for its second shot */
 };
 
-static const struct scene {
+static const struct act {
     const char *method, *params;
     enum need need;
     const char *reason; /* of the refusal with enough memory; NULL: a result */
@@ -51,6 +51,13 @@ static const struct scene {
     { "measure.cancel", "{\"lease\":\"@L\",\"uuid\":\"@W\"}", NEED_WAITING, NULL },
     { "match.spectrum", "{\"spectrum\":@P,\"specular\":\"sce\",\"store\":false}", NEED_NOTHING,
       NULL },
+    { "match.spectrum",
+      "{\"spectrum\":@P,\"specular\":\"sce\",\"store\":true,\"scene\":{\"want\":[\"lab\","
+      "\"nearest\",\"refined\",\"interval\"],\"k\":2}}",
+      NEED_NOTHING, NULL },
+    { "match.spectrum",
+      "{\"spectrum\":@P,\"specular\":\"sce\",\"store\":false,\"scene\":{\"want\":[\"rgb\"]}}",
+      NEED_NOTHING, NULL },
     { "match.spectrum",
       "{\"spectrum\":@P,\"specular\":\"sci\",\"surface\":0.02,\"k\":5,\"store\":false,\"by\":"
       "\"spectrum\"}",
@@ -240,7 +247,7 @@ static void prepare(enum need need)
 
 /* ---- after it ----------------------------------------------------------------------- */
 
-static void fail(const struct scene *scene, long given, const char *what, const char *more)
+static void fail(const struct act *scene, long given, const char *what, const char *more)
 {
     char text[TEXT];
     snprintf(text, sizeof text, "%s %s, after %ld: %s: %.1000s", scene->method, scene->params,
@@ -260,7 +267,7 @@ static bool is_event_good(const struct answer *answer, struct schema_error *erro
                                 strict_json_member(answer->params, "data"), error);
 }
 
-static void check_line(const struct scene *scene, long given, const char *line, size_t n)
+static void check_line(const struct act *scene, long given, const char *line, size_t n)
 {
     struct answer answer;
     struct schema_error error = { .path = "" };
@@ -279,7 +286,7 @@ static void check_line(const struct scene *scene, long given, const char *line, 
         fail(scene, given, error.what, line);
 }
 
-static void check_lines(const struct scene *scene, long given, struct visitor *v)
+static void check_lines(const struct act *scene, long given, struct visitor *v)
 {
     const char *line;
     size_t n;
@@ -298,7 +305,7 @@ static enum method method_of(const char *name)
     return (enum method)i;
 }
 
-static void check_result(const struct scene *scene, long given)
+static void check_result(const struct act *scene, long given)
 {
     struct answer answer;
     struct schema_error error = { .path = "" };
@@ -313,7 +320,7 @@ static void check_result(const struct scene *scene, long given)
 }
 
 /* Is this what may become of it? */
-static void check_outcome(const struct scene *scene, long given, enum outcome outcome, bool scarce)
+static void check_outcome(const struct act *scene, long given, enum outcome outcome, bool scarce)
 {
     const char *reason = visitor_text(&visitor, "reason");
     if (outcome == OUTCOME_SILENCE)
@@ -335,7 +342,7 @@ static bool store_is_ok(void)
 }
 
 /* What runs is ended, and what was shown of the store is shown again. */
-static void settle(const struct scene *scene, long given)
+static void settle(const struct act *scene, long given)
 {
     if (run_waits() && visitor.fd >= 0)
         (void)visitor_ask(&visitor, "measure.cancel", filled("{\"lease\":\"@L\",\"uuid\":\"@W\"}"));
@@ -352,14 +359,14 @@ static void settle(const struct scene *scene, long given)
         fail(scene, given, "the store is not what it was", station.store.error);
 }
 
-static void note_lease(const struct scene *scene, enum outcome outcome)
+static void note_lease(const struct act *scene, enum outcome outcome)
 {
     if (strcmp(scene->method, "instrument.acquire") == 0 && outcome == OUTCOME_RESULT)
         copy_text(lease, sizeof lease, visitor_text(&visitor, "lease"));
 }
 
 /* One try; false: nothing was refused. */
-static bool try(const struct scene *scene, enum scarcity scarcity, long given)
+static bool try(const struct act *scene, enum scarcity scarcity, long given)
 {
     prepare(scene->need);
     const char *params = filled(scene->params);
@@ -375,7 +382,7 @@ static bool try(const struct scene *scene, enum scarcity scarcity, long given)
 }
 
 /* The same where SQLite alone is short: what cannot be read or kept is not, and says so. */
-static bool try_store(const struct scene *scene, long given)
+static bool try_store(const struct act *scene, long given)
 {
     prepare(scene->need);
     const char *params = filled(scene->params);

@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+"""test_daemon_scene.py - match.spectrum and measure.start with `scene`: the daemon's answers
+against the command line's, what a record keeps of them, and the same bits when it is computed
+again."""
+
+import json
+import tempfile
+
+from client import Refused
+from daemon import FAST, Case, main, new_uuid
+from support import EXAMPLES, TWO_LAYER, run
+from test_daemon_records import example_skins
+
+SCENES = (
+    {"want": ["lab", "rgb"]},
+    {"want": ["nearest"], "by": "lab", "k": 3},
+    {"want": ["refined"], "Bm": 1, "Cm": [0.001, 0.3]},
+    {"want": ["refined", "interval", "lab", "nearest"], "noise": 0.002, "k": 2},
+    {"want": ["refined"], "start": "closed-form"},
+    {"want": ["refined"], "fit": "skin"},
+    {"want": ["coefficients"], "error": {"Cm": 0.02}},
+    {"want": ["nearest"], "bands": {"first_nm": 500, "last_nm": 700, "step_nm": 10}},
+)
+
+
+def settled(answer):
+    """Without the time, and what was expected."""
+    plan = {name: one for name, one in answer["plan"].items() if name not in ("us", "estimated")}
+    return {**answer, "plan": plan}
+
+
+class Matching(Case):
+    def match(self, c, scene, **more):
+        return c.call("match.spectrum", **{"spectrum": next(iter(example_skins())), "specular": "sce",
+                                           "store": False, "scene": scene, **more})  # fmt: skip
+
+    def test_as_the_command_line(self):
+        c = self.client()
+        for scene in SCENES:
+            with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
+                json.dump(scene, file)
+                file.flush()
+                done = run("match", EXAMPLES, "--table", TWO_LAYER, "--scene", file.name, "--json")
+            self.assertEqual(done.status, 0, done.err)
+            for spectrum, expected in zip(example_skins(), done.json()):
+                with self.subTest(scene, id=expected.pop("id")):
+                    self.assertEqual(settled(self.match(c, scene, spectrum=spectrum)), settled(expected))
+
+    def test_what_is_stored_comes_back(self):
+        c = self.client()
+        for scene in SCENES:
+            uuid = new_uuid()
+            if scene["want"] == ["lab", "rgb"] or scene.get("start") == "closed-form":
+                with self.refused("params_invalid"):
+                    self.match(c, scene, store=True, uuid=uuid)
+                continue
+            with self.subTest(scene):
+                stored = self.match(c, scene, store=True, uuid=uuid)
+                place = stored.pop("record")
+                match = c.call("record.get", id=place["id"])["match"]
+                self.assertNotIn("us", match["plan"])
+                self.assertEqual({**settled(match), "nearest": None}, {**settled(stored), "nearest": None})
+                again = c.call("record.recompute", id=place["id"])
+                self.assertEqual((again["same_bits"], again["difference"]), (True, 0))
+                self.assertEqual(again["stored"], match)
+                retry = self.match(c, scene, store=True, uuid=uuid)
+                self.assertEqual(retry.pop("record"), place)
+                self.assertEqual(retry, match)
+        with self.refused("uuid_reused"):
+            self.match(c, {"want": ["nearest"]}, store=True, uuid=uuid)
+        for format_ in ("csv", "json", "cgats"):
+            c.call("record.export", format=format_)
+
+    def test_refused(self):
+        c = self.client()
+        for scene in ({"want": []}, {"want": ["labb"]}, {"wnat": ["lab"]}, {"want": ["lab"], "K": 1},
+                      {"want": ["interval"]}, {"want": ["refined"], "Cm": [0.3, 0.1]},
+                      {"want": ["refined"], "error": {"Cm": 1e-9}}, {"want": ["refined"], "budget_us": 1e-3},
+                      {"want": ["refined"], "error": {"Cm": 1}, "budget_us": 5},
+                      {"want": ["nearest"], "model": "half-space"}):  # fmt: skip
+            with self.subTest(scene), self.refused("params_invalid"):
+                self.match(c, scene)
+        for name, value in (("by", "lab"), ("refine", "three"), ("k", 2)):
+            with self.refused("params_invalid"):
+                self.match(c, {"want": ["lab"]}, **{name: value})
+        try:
+            self.match(c, {"want": ["refined"], "error": {"Cm": 1e-9}})
+        except Refused as refused:
+            self.assertIn("the nearest is", str(refused.error))
+
+
+class Measuring(Case):
+    instruments = (FAST,)
+
+    def test_records(self):
+        c, lease = self.ready()
+        for scene in ({"want": ["nearest"], "by": "lab"}, {"want": ["refined", "interval"]},
+                      {"want": ["refined"], "Bm": 1}):  # fmt: skip
+            record = c.measure(lease, replicates=3, scene=scene)
+            match = record["match"]
+            self.assertNotIn("us", match["plan"])
+            self.assertEqual("interval" in match, "interval" in scene["want"])
+            again = c.call("record.recompute", id=record["id"])
+            self.assertEqual((again["same_bits"], again["difference"]), (True, 0))
+            self.assertEqual(again["stored"], match)
+        record = c.measure(lease, replicates=1, scene={"want": ["lab"]})
+        self.assertNotIn("match", record)
+        self.assertEqual(len(record["Lab"]), 3)
+        for scene in ({"want": ["refined"], "start": "closed-form"}, {"want": ["interval"]},
+                      {"want": ["refined"], "budget_us": 1e-3}):  # fmt: skip
+            with self.subTest(scene), self.refused("params_invalid"):
+                c.measure(lease, replicates=1, scene=scene)
+
+
+if __name__ == "__main__":
+    main()
