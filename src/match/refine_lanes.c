@@ -98,8 +98,9 @@ QUICK_INLINE void sums_double(const struct refine_lanes *f, bool fused, bool two
         const struct lanes_band *b = &f->band[i];
         LANES_LOOP
         for (size_t l = 0; l < LANES; l++) {
-            double sa1 = b->without1 + Cm[l] * b->by_Cm + M[l] * b->by_Cm_Bm;
-            double sa2 = b->without2 + Ch[l] * b->by_Ch;
+            double sa1 =
+                quick_sum(fused, M[l], b->by_Cm_Bm, quick_sum(fused, Cm[l], b->by_Cm, b->without1));
+            double sa2 = quick_sum(fused, Ch[l], b->by_Ch, b->without2);
             struct quick_band y =
                 two ? quick_two_layer(fused, true, false, A, entering, d, sa1, b->ss1, sa2, b->ss2)
                     : quick_half_space(fused, A, entering, sa1 + sa2, 1.0);
@@ -128,8 +129,9 @@ QUICK_INLINE void sums_float(const struct refine_lanes *f, bool fused, bool two,
         const struct lanes_band_float b = f->band_float[i];
         LANES_LOOP
         for (size_t l = 0; l < LANES; l++) {
-            float sa1 = b.without1 + Cm[l] * b.by_Cm + Cm_Bm[l] * b.by_Cm_Bm;
-            float sa2 = b.without2 + Ch[l] * b.by_Ch;
+            float sa1 = quick_sum_float(fused, Cm_Bm[l], b.by_Cm_Bm,
+                                        quick_sum_float(fused, Cm[l], b.by_Cm, b.without1));
+            float sa2 = quick_sum_float(fused, Ch[l], b.by_Ch, b.without2);
             struct quick_band_float y =
                 two ? quick_two_layer_float(fused, A, entering, d, sa1, b.ss1, sa2, b.ss2)
                     : quick_half_space_float(fused, A, entering, sa1 + sa2, 1.0f);

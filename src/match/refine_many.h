@@ -8,7 +8,8 @@
  * start, intervals and second solution: by lanes within 1e-3 standard errors of the minimum, chi^2
  * within 1e-6 of itself (1e-5 at least), the same flags; where there are several minima (dark skin,
  * where Ch hardly shows) at times another one, lower or higher.  Each depends on its own spectrum
- * alone: the same bits for any order, number and threads, and any vectors with fused exponentials.
+ * alone: the same bits for any order, number and threads, and any vectors that fuse
+ * (optics/quick.h).
  */
 #ifndef SKINSPEC_MATCH_REFINE_MANY_H
 #define SKINSPEC_MATCH_REFINE_MANY_H

@@ -5,9 +5,9 @@
  * without branches. In the range below R and the derivatives are within 1e-12 of the plain ones, on
  * human skin 1e-14 and 5e-13 (that by the thickness, which passes through 0, of R over the
  * thickness). A spectrum with a band beyond it, and a model without quick formulas, takes
- * model_slopes(). Exponentials are fused (optics/quick_exp.h) where the processor can, as all with
- * AVX2 do; the same bits with any of their vectors, and within 2e-13 of them without:
- * docs/decisions/0012.
+ * model_slopes(). Products and sums are fused (optics/quick_exp.h) where the processor can, as all
+ * with AVX2 do; the same bits with any of their vectors, and within 2e-13 of them without:
+ * docs/decisions/0012 and 0015.
  *
  *   two-layer    k1 d from 1/128, k1/sigma_t1' from 1/64, sigma_t1' d up to 150,
  *                sigma_s1'/sigma_t1' from 1/64 where scattering_a or _b is wanted

@@ -33,7 +33,7 @@ QUICK_INLINE struct quick_parts_float quick_parts_float_of(bool fused, float giv
     memcpy(&bits, &shifted, sizeof bits);
     bits = (bits + 127) << 23;
     memcpy(&p.scale, &bits, sizeof bits);
-    p.r = quick_sum_float(fused, -k, ln2_low, x - k * ln2_high);
+    p.r = quick_sum_float(fused, -k, ln2_low, quick_sum_float(fused, -k, ln2_high, x));
     /* (e^r - 1 - r)/r^2 interpolated at Chebyshev's five nodes, within 1e-8 of e^r. */
     float r = p.r, r2 = r * r;
     float s01 = quick_sum_float(fused, 0.1666657702559799f, r, 0.5f);
@@ -74,6 +74,8 @@ QUICK_INLINE struct quick_decay_float quick_decay_float_of(bool fused, float z, 
     return d;
 }
 
+#define SUM(a, b, c) quick_sum_float(fused, a, b, c)
+
 /* ---- the models -------------------------------------------------------------------------- */
 
 QUICK_INLINE struct quick_band_float quick_half_space_float(bool fused, float A, float entering,
@@ -85,10 +87,10 @@ QUICK_INLINE struct quick_band_float quick_half_space_float(bool fused, float A,
     float k = sqrtf(3.0f * sigma_a * st), s = k * inverse, i_s = k * both * (1.0f / 3.0f) * st;
     float mu = ss * inverse;
     float slow = quick_exp_float(fused, -s), fast = quick_exp_float(fused, -steeper * s);
-    float g = slow + fast, fall = slow + steeper * fast;
+    float g = slow + fast, fall = SUM(steeper, fast, slow);
     struct quick_band_float ret;
     ret.R = half * mu * g;
-    ret.by_sa1 = ret.by_sa2 = -half * inverse * mu * (g + 1.5f * mu * fall * i_s);
+    ret.by_sa1 = ret.by_sa2 = -half * inverse * mu * SUM(1.5f * mu * fall, i_s, g);
     return ret;
 }
 
@@ -104,56 +106,61 @@ QUICK_INLINE struct quick_band_float quick_two_layer_float(bool fused, float A, 
 
     /* 1 over sigma_t1', k1, sigma_t2', k2 and x-y by one division. */
     float pair1 = st1 * k1, pair2 = st2 * k2;
-    float rest = 1.0f / (pair1 * pair2 * apart);
-    float i_apart = rest * (pair1 * pair2), i_pairs = rest * apart;
+    float pairs = pair1 * pair2, rest = 1.0f / (pairs * apart);
+    float i_apart = rest * pairs, i_pairs = rest * apart;
     float i_pair1 = i_pairs * pair2, i_pair2 = i_pairs * pair1;
-    float i1 = i_pair1 * k1, i_k1 = i_pair1 * st1, i2 = i_pair2 * k2, i_r2 = i_pair2 * st2 * st2;
-    float mu1 = ss1 * i1, b2 = sa2 * i2, mu2 = ss2 * i2;
-    float r1 = k1 * i1, r2 = k2 * i2;
+    float i1 = i_pair1 * k1, i_k1 = i_pair1 * st1, i2 = i_pair2 * k2;
+    float i_r2 = i_pair2 * st2 * st2;
+    float mu1 = ss1 * i1, b2 = sa2 * i2, mu2 = ss2 * i2, r1 = k1 * i1, r2 = k2 * i2;
 
-    /* e^-y, e^-x and their likes; p and its fall at 2y by those at y. */
+    /* e^-y, e^-x and their likes; twice p and its fall at 2y by those at y. */
     struct quick_decay_float z = quick_decay_float_of(fused, apart, i_apart);
     struct quick_decay_float once = quick_decay_float_of(fused, y, i_k1 * i_d);
     float fading = once.e, T = fading * z.e, g = fading * z.mean;
     float g_x = -fading * z.fall, g_y = -g - g_x;
     float twice = fading * fading, more = 1.0f + fading, left = 1.0f + twice;
-    float p = 0.5f * once.mean * more;
-    float p_fall = 0.25f * (once.fall * more + fading * once.mean);
+    float p2 = once.mean * more;
 
     /* 1 over 1+r1, 1+r2, 3 + 2A r1 and L by one division. */
-    float plus1 = 1.0f + r1, plus2 = 1.0f + r2, surface = 3.0f + A2 * r1;
-    float edge = 1.0f + A2 * (1.0f / 3.0f) * r2, slope = x * r2 + A2 * (sa1 * d);
-    float L = left * edge + 2.0f * p * slope;
+    float plus1 = 1.0f + r1, plus2 = 1.0f + r2, surface = SUM(A2, r1, 3.0f);
+    float edge = SUM(A2 * (1.0f / 3.0f), r2, 1.0f), slope = SUM(x, r2, A2 * d * sa1);
+    float L = SUM(p2, slope, left * edge);
     float plus = plus1 * plus2, outer = surface * L, together = 1.0f / (plus * outer);
     float i_plus = together * outer, i_outer = together * plus;
     float i_plus1 = i_plus * plus2, i_plus2 = i_plus * plus1;
     float i_surface = i_outer * L, i_L = i_outer * surface;
 
     float m1 = mu1 * i_plus1, H = 3.0f * m1 * i_surface;
-    float quotient = (1.0f + (r1 + r2 + r1 * r2) * (1.0f / 3.0f)) * i_plus;
-    float clear = A2 * fading * i_surface, layer = clear + x * g;
-    float G = m1 * layer + T * quotient, w = 2.0f * fading * i_L, difference = r1 - r2;
-    ret.R = entering * (H + w * difference * G);
+    float quotient = SUM(2.0f / 3.0f, i_plus, 1.0f / 3.0f); /* (1 + (r1+r2+r1 r2)/3)/plus */
+    float clear = A2 * fading * i_surface, layer = SUM(x, g, clear);
+    float G = SUM(m1, layer, T * quotient), w = 2.0f * fading * i_L, difference = r1 - r2;
+    ret.R = entering * SUM(w * difference, G, H);
 
     /* By sigma_a1: x changes by d. */
+    float p2_fall = 0.5f * SUM(once.fall, more, fading * once.mean);
     float r1_by = 1.5f * mu1 * i_k1; /* 1.5 mu1/(r1 sigma_t1') */
-    float y_by = d * (r1 + st1 * r1_by);
-    float m1_by = -(mu1 * i1 + m1 * r1_by) * i_plus1, lost = A2 * r1_by * i_surface;
-    float H_by = 3.0f * (m1_by - m1 * lost) * i_surface;
-    float layer_by = d * g + x * (d * g_x + y_by * g_y) - clear * (y_by + lost);
-    float quotient_by = r1_by * i_plus1 * (1.0f / 3.0f - quotient);
-    float G_by = m1_by * layer + m1 * layer_by + T * (quotient_by - d * quotient);
-    float L_by = 2.0f * (p * d * (r2 + A2) - y_by * (twice * edge + 2.0f * p_fall * slope));
-    float by = entering * (H_by + w * (r1_by * G + difference * (G_by - G * (y_by + L_by * i_L))));
+    float y_by = d * SUM(st1, r1_by, r1);
+    float m1_by = -SUM(m1, r1_by, mu1 * i1) * i_plus1, lost = A2 * r1_by * i_surface;
+    float H_by = 3.0f * i_surface * SUM(-m1, lost, m1_by);
+    float shape_by = SUM(x, SUM(y_by, g_y, d * g_x), d * g);
+    float layer_by = SUM(-clear, y_by + lost, shape_by);
+    float quotient_by = -2.0f / 3.0f * r1_by * i_plus1 * i_plus;
+    float beneath_by = T * SUM(-d, quotient, quotient_by);
+    float G_by = SUM(m1, layer_by, SUM(m1_by, layer, beneath_by));
+    float L_by = SUM(-2.0f * y_by, SUM(p2_fall, slope, twice * edge), p2 * d * (r2 + A2));
+    float ends_by = SUM(-G, SUM(L_by, i_L, y_by), G_by);
+    float by = entering * SUM(w, SUM(difference, ends_by, r1_by * G), H_by);
     ret.by_sa1 = by;
 
     /* By r2, and so by both of the dermis. */
-    float phi = 3.0f * m1 * layer + (A * left + 3.0f * x * p) * (2.0f * i_L) * difference * G;
-    float out = entering * w;
+    float losses = SUM(1.5f * x, p2, A * left) * (2.0f * i_L);
+    float phi = SUM(losses, difference * G, 3.0f * m1 * layer), out = entering * w;
     float by_r2 =
-        out * (T * (1.0f + 2.0f / 3.0f * r2 + b2) * (i_plus2 * i_plus2) + phi * (1.0f / 3.0f));
+        out * SUM(T * i_plus2 * i_plus2, SUM(2.0f / 3.0f, r2, 1.0f + b2), phi * (1.0f / 3.0f));
     ret.by_sa2 = -1.5f * mu2 * i2 * by_r2 * i_r2;
     return ret;
 }
+
+#undef SUM
 
 #endif

@@ -38,7 +38,7 @@ QUICK_INLINE struct quick_parts quick_parts_of(bool fused, double x)
     memcpy(&bits, &shifted, sizeof bits);
     bits = (bits + 1023) << 52; /* the exponent of a double */
     memcpy(&p.scale, &bits, sizeof bits);
-    p.r = quick_sum(fused, -k, ln2_low, x - k * ln2_high);
+    p.r = quick_sum(fused, -k, ln2_low, quick_sum(fused, -k, ln2_high, x));
     /* (e^r - 1 - r)/r^2 by its Chebyshev fit (mpmath.chebyfit, 40 digits), within 1.1e-16; in
      * pairs, as Estrin has it: one after the other each sum would wait for the last. */
     double r = p.r, r2 = r * r, r4 = r2 * r2;
