@@ -16,7 +16,10 @@ struct difference {
     double parameter[3], dE00, rms_R;
 };
 
+enum { SLICE = 128 }; /* skins between looks at the watch */
+
 struct comparing {
+    size_t first; /* skin of piece 0 */
     const struct trial_ready *ready;
     const struct trial_skins *skins;
     const struct trial_spectra *set;
@@ -66,9 +69,10 @@ static void compare_spectrum(const struct trial_spectra *set, size_t i, const do
     d->dE00 = delta_e_2000(set->Lab[i], Lab);
 }
 
-static enum status compare_piece(size_t i, unsigned worker, void *context)
+static enum status compare_piece(size_t piece, unsigned worker, void *context)
 {
     struct comparing *c = context;
+    size_t i = c->first + piece;
     struct difference *d = &c->difference[i];
     const struct tissue *truth = &c->skins->skin[i];
     bool fitted = c->ready->refiner != NULL;
@@ -108,15 +112,19 @@ static struct trial_errors sum_up(const struct difference *d, size_t n)
 
 enum status trial_errors_of(const struct trial_ready *ready, const struct trial_skins *skins,
                             const struct trial_spectra *set, unsigned threads,
-                            struct trial_errors *ret)
+                            const struct trial_watch *watch, struct trial_errors *ret)
 {
     struct comparing c = { .ready = ready, .skins = skins, .set = set };
     enum status s = chromophores_init(TRIAL_FIRST_NM, TRIAL_STEP_NM, TRIAL_BANDS, &c.chromophores);
     c.difference = calloc(skins->n, sizeof *c.difference);
     if (s == STATUS_OK && c.difference == NULL)
         s = STATUS_NO_MEMORY;
-    if (s == STATUS_OK)
-        s = parallel_run(skins->n, threads, compare_piece, &c);
+    for (; s == STATUS_OK && c.first < skins->n; c.first += SLICE) {
+        size_t n = skins->n - c.first < SLICE ? skins->n - c.first : SLICE;
+        s = parallel_run(n, threads, compare_piece, &c);
+        if (s == STATUS_OK)
+            s = watch->done(watch->context, (double)n / (double)skins->n);
+    }
     if (s == STATUS_OK)
         *ret = sum_up(c.difference, skins->n);
     free(c.difference);

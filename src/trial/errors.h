@@ -20,11 +20,17 @@ struct trial_errors {
 /* Nothing measured. */
 struct trial_errors trial_errors_none(void);
 
+/* Told now and then that so much of the work is done; anything but STATUS_OK ends it. */
+struct trial_watch {
+    enum status (*done)(void *context, double share);
+    void *context;
+};
+
 /* Over all skins of a set, on `threads` threads; the same for any number of them.  Statuses of
- * trial_run(), STATUS_NO_MEMORY. */
+ * trial_run(), STATUS_NO_MEMORY; that of the watch. */
 enum status trial_errors_of(const struct trial_ready *ready, const struct trial_skins *skins,
                             const struct trial_spectra *set, unsigned threads,
-                            struct trial_errors *ret);
+                            const struct trial_watch *watch, struct trial_errors *ret);
 
 /* The Cramer-Rao bound of Cm, Bm, Ch by a model with derivatives: root mean square over the
  * skins of the standard errors at the truth, TRIAL_NOISE; no estimate that is right on average

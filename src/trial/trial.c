@@ -219,12 +219,26 @@ const struct trial_bound *trial_bound_of(const struct trial *trial, const struct
 
 /* ---- errors ------------------------------------------------------------------------- */
 
+/* A share of one set's errors is done. */
+struct watched {
+    struct run *run;
+    double seconds; /* about, of all */
+};
+
+static enum status watch_errors(void *context, double share)
+{
+    const struct watched *w = context;
+    return done(w->run, share * w->seconds);
+}
+
 static enum status errors_on(struct run *r, const struct trial_ready *ready,
                              const struct trial_spectra *set, const struct model *bound_of,
                              struct trial_errors *ret)
 {
     const struct trial_bound *bound = trial_bound_of(r->trial, bound_of);
-    enum status s = trial_errors_of(ready, &r->skins, set, r->options->threads, ret);
+    struct watched watched = { r, 0.5 * about_errors(r, &ready->method) };
+    const struct trial_watch watch = { watch_errors, &watched };
+    enum status s = trial_errors_of(ready, &r->skins, set, r->options->threads, &watch, ret);
     if (s == STATUS_OK && bound != NULL)
         ret->times = trial_times(ret->rmse, bound->sd);
     return s;
@@ -248,7 +262,7 @@ static enum status errors_of(struct run *r, size_t i)
     if (s == STATUS_OK)
         s = errors_on(r, ready, set_of(r, model_find("transport-32")),
                       model_find(trial_bound_of_transport), &result->transport);
-    return s == STATUS_OK ? done(r, about_errors(r, m)) : s;
+    return s;
 }
 
 /* ---- times -------------------------------------------------------------------------- */
