@@ -4,7 +4,8 @@
 #ifndef SKINSPEC_MATCH_KD_FEW_H
 #define SKINSPEC_MATCH_KD_FEW_H
 
-#define KD_FEW_COLOURS 32u /* of three dimensions */
-#define KD_FEW_SPECTRA 32u /* of more */
+/* Of three dimensions, and of more. */
+#define KD_FEW_COLOURS 32u
+#define KD_FEW_SPECTRA 32u
 
 #endif

@@ -172,8 +172,9 @@ static void write_header(const char *path, size_t colours, size_t spectra)
             " * Written by `make calibrate-search` (tests/bench/few.c); docs/decisions/0013. */\n"
             "#ifndef SKINSPEC_MATCH_KD_FEW_H\n"
             "#define SKINSPEC_MATCH_KD_FEW_H\n\n"
-            "#define KD_FEW_COLOURS %zuu /* of three dimensions */\n"
-            "#define KD_FEW_SPECTRA %zuu /* of more */\n\n"
+            "/* Of three dimensions, and of more. */\n"
+            "#define KD_FEW_COLOURS %zuu\n"
+            "#define KD_FEW_SPECTRA %zuu\n\n"
             "#endif\n",
             colours, spectra);
     if (fclose(f) != 0)

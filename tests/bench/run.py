@@ -9,6 +9,7 @@ the machine shows in the figures: "others" is the share of all cores that it too
 """
 
 import os
+import re
 import statistics
 import subprocess
 import sys
@@ -300,6 +301,45 @@ def show_map():
             row("others took of all cores", f"{others.percent:.0f} %")
 
 
+# ---- search ---------------------------------------------------------------------------------
+
+SIDE = 100  # values an axis: a million rows
+TIMES_NANOFLANN, TIMES_BALLTREE = 2, 50
+
+
+def ns_of(output, pattern):
+    """Figures by sort of question, near and off, from the lines that match."""
+    return {found[1]: [float(x) for x in found.groups()[1:]]
+            for found in re.finditer(pattern, output, re.MULTILINE)}  # fmt: skip
+
+
+def show_search():
+    """The nearest of a million rows, beside nanoflann (Lab) and BallTree (spectra)."""
+    heading(f"the nearest of {SIDE ** 3} rows, one thread, CPU time")
+    program, folder = os.path.join(BENCH, "search"), os.path.join(BENCH, "rows")
+    need = ["tools/need", "cmd:c++=g++", "file:/usr/include/nanoflann.hpp=libnanoflann-dev"]
+    if subprocess.run(need, check=False).returncode != 0:
+        print("bench: not measured: there is no nanoflann (Debian's libnanoflann-dev)")
+        return
+    subprocess.run(["make", "--no-print-directory", f"BUILD={services.BUILD}", program], check=True)
+    os.makedirs(folder, exist_ok=True)
+    output = subprocess.check_output([program, str(SIDE), folder], text=True)
+    print(output, end="")
+    beside = ns_of(output, r"^lab +(\w+) +k=1 +(\d+) ns +nanoflann +(\d+) ns")
+    for sort, (ours, peer) in beside.items():
+        row(f"lab, {sort}: times nanoflann", f"{peer / ours:.1f}", f">= {TIMES_NANOFLANN}",
+            peer / ours >= TIMES_NANOFLANN)  # fmt: skip
+    python = environment.python_with(sklearn="scikit-learn")
+    if python is None:
+        return
+    peer = ns_of(environment.run(python, "balltree.py", folder, "31", "1000"), r"^(\w+) (\d+)")
+    for sort, (ours,) in ns_of(output, r"^spectrum +(\w+) +k=1 +(\d+) ns").items():
+        times = peer[sort][0] / ours
+        row(f"spectrum, {sort}: BallTree", f"{peer[sort][0]:.0f} ns")
+        row(f"spectrum, {sort}: times BallTree", f"{times:.0f}", f">= {TIMES_BALLTREE}",
+            times >= TIMES_BALLTREE)  # fmt: skip
+
+
 SECTIONS = {
     "throughput": show_throughput,
     "clients": show_clients,
@@ -310,6 +350,7 @@ SECTIONS = {
     "transport": show_transport,
     "planner": show_planner,
     "map": show_map,
+    "search": show_search,
 }
 
 
