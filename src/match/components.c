@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/vectors.h"
+
 enum { SAMPLE_ROWS = 1024, ITERATIONS = 6 };
 
 /* Bands are padded with zeros to whole blocks, which loops over them then are made of. */
@@ -15,6 +17,7 @@ enum { BLOCK = 8, MAX_PADDED = (SPECTRUM_MAX_BANDS + BLOCK - 1) / BLOCK * BLOCK 
 
 struct components {
     size_t bands, padded;
+    enum vectors vectors;
     double *direction[COMPONENTS];     /* [padded] each, orthonormal or all 0 */
     double (*across)[COMPONENTS_DIMS]; /* [padded]: the same by bands, and a 0 */
     double mean[];                     /* [padded], then the directions, then across */
@@ -113,6 +116,7 @@ enum status components_open(const struct table *table, struct components **ret)
     }
     c->bands = bands;
     c->padded = padded;
+    c->vectors = vectors_best();
     for (size_t which = 0; which < COMPONENTS; which++)
         c->direction[which] = c->mean + (1 + which) * padded;
     c->across = (double(*)[COMPONENTS_DIMS])(c->mean + across);
@@ -134,7 +138,7 @@ void components_close(struct components *components)
 }
 
 /* Eight sums side by side; n whole blocks. */
-static double square_of(size_t n, const double *x)
+VECTORS_INLINE double square_of(size_t n, const double *x)
 {
     double part[BLOCK] = { 0.0 };
     for (size_t at = 0; at < n; at += BLOCK)
@@ -145,8 +149,8 @@ static double square_of(size_t n, const double *x)
 }
 
 /* rest: [padded], the spectrum less the mean; what is left of it afterwards. */
-static void take_point(const struct components *c, double *restrict rest,
-                       double point[COMPONENTS_DIMS])
+VECTORS_INLINE void take_point_any(const struct components *c, double *restrict rest,
+                                   double point[COMPONENTS_DIMS])
 {
     double sum[COMPONENTS_DIMS] = { 0.0 };
     for (size_t i = 0; i < c->bands; i++)
@@ -160,6 +164,31 @@ static void take_point(const struct components *c, double *restrict rest,
     }
     memcpy(point, sum, sizeof sum);
     point[COMPONENTS] = sqrt(square_of(c->padded, rest));
+}
+
+static void take_point_plain(const struct components *c, double *rest, double *point)
+{
+    take_point_any(c, rest, point);
+}
+
+VECTORS_AVX2 static void take_point_avx2(const struct components *c, double *rest, double *point)
+{
+    take_point_any(c, rest, point);
+}
+
+VECTORS_AVX512 static void take_point_avx512(const struct components *c, double *rest,
+                                             double *point)
+{
+    take_point_any(c, rest, point);
+}
+
+/* The same operations in the same order: the same bits. */
+static void take_point(const struct components *c, double *rest, double *point)
+{
+    static void (*const kind[VECTORS_KINDS])(const struct components *, double *,
+                                             double *) = { take_point_plain, take_point_avx2,
+                                                           take_point_avx512 };
+    kind[c->vectors](c, rest, point);
 }
 
 void components_point(const struct components *c, const double *value,

@@ -16,7 +16,7 @@
 #include "base/status.h"
 #include "match/table.h"
 
-enum { COMPONENTS = 11, COMPONENTS_DIMS = COMPONENTS + 1 };
+enum { COMPONENTS = 13, COMPONENTS_DIMS = COMPONENTS + 1 };
 
 struct components;
 

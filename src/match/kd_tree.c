@@ -125,6 +125,9 @@ static void visit_group(struct visit *v, unsigned level, size_t group)
         key[next & KD_KEY_NUMBER] = KD_KEY_NONE;
         next = tree->judge->least(key);
         if (level == 0) {
+            if (next <= v->limit && v->task->fetch != NULL)
+                v->task->fetch(v->task->context,
+                               tree->row[group * KD_WIDTH + (size_t)(next & KD_KEY_NUMBER)]);
             look_at(v, entry);
             continue;
         }

@@ -41,6 +41,9 @@ void kd_tree_close(struct kd_tree *tree); /* takes NULL */
  * grows; INFINITY while all do. */
 typedef double kd_tree_look(void *context, size_t row);
 
+/* Told which row may be looked at soon, to have it on its way from memory. */
+typedef void kd_tree_fetch(void *context, size_t row);
+
 /* A measure of the caller's own instead of the distance between points: to at most what any
  * point in a box can have of it, for KD_TREE_WIDTH boxes at once.  low, high:
  * [dims][KD_TREE_WIDTH], their corners; the points are at both.  They are rounded to floats: a
@@ -57,8 +60,9 @@ struct kd_tree_range {
 struct kd_tree_task {
     const double *query; /* [dims]; not used with a bound of the caller's own */
     kd_tree_look *look;
+    kd_tree_fetch *fetch;              /* NULL: not told */
     kd_tree_bound *bound;              /* NULL: the distance between points */
-    void *context;                     /* of both */
+    void *context;                     /* of all */
     const struct kd_tree_range *range; /* NULL: all rows; only for a tree with fields */
     size_t judged;                     /* boxes and points are added that were judged */
 };

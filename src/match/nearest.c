@@ -200,6 +200,14 @@ static double look_at_spectrum(void *context, size_t row)
     return search->root_bands * best_limit(&search->best);
 }
 
+static void fetch_spectrum(void *context, size_t row)
+{
+    const struct search *search = context;
+    const float *spectrum = table_spectrum(search->nearest->table, row);
+    for (size_t i = 0; i < search->overlap.padded; i += 16) /* floats to a line */
+        __builtin_prefetch(spectrum + i);
+}
+
 static double look_at_de2000(void *context, size_t row)
 {
     struct search *search = context;
@@ -273,6 +281,7 @@ static bool look_by_tree(struct search *search)
             return false;
         components_point(nearest->components, search->overlap.value, point);
         task.query = point;
+        task.fetch = fetch_spectrum;
     }
     if (nearest->by == MATCH_DE2000) {
         if (!delta_e_box_init(search->colour, nearest->extent, &search->box))
