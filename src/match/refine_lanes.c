@@ -535,7 +535,9 @@ void refine_lanes_run(const struct refine_lanes *fit, double *R, size_t n, struc
 static bool for_lanes(const struct fit *fit)
 {
     const unsigned three = 1u << SKIN_CM | 1u << SKIN_BM | 1u << SKIN_CH;
-    if (fit->model->quick == MODEL_QUICK_NONE || fit_free(fit) != three)
+    bool model =
+        fit->model->quick == MODEL_QUICK_HALF_SPACE || fit->model->quick == MODEL_QUICK_TWO_LAYER;
+    if (!model || fit_free(fit) != three)
         return false;
     for (size_t i = 0; i < SKIN_PARAMETERS; i++)
         if (isfinite(fit->role[i].prior_sd) || fit->role[i].spread > 0.0)

@@ -10,6 +10,7 @@
 #include "match/least_squares.h"
 #include "match/refine_lanes.h"
 #include "optics/model.h"
+#include "optics/opaque.h"
 #include "tests/support/dice.h"
 #include "unity.h"
 
@@ -459,6 +460,36 @@ static void test_what_cannot_be_fitted_is_flagged_and_its_neighbours_are_not(voi
     }
 }
 
+/* Quick formulas that lanes do not have. */
+static void test_a_fit_by_another_model_goes_one_by_one(void)
+{
+    static struct answer got[SKINS];
+    static struct refined one;
+    enum { N = 40 };
+    struct fit fit = three("two-layer");
+    struct noise noise = noise_white(NOISE);
+    struct refiner *refiner;
+    make_skins(&fit, N, NOISE, 17);
+    fit.model = &opaque_model;
+    struct refine_rows rows = rows_of(N);
+    struct refine_many *many = open(&fit, &noise);
+    run(many, &rows, 1, got);
+    refine_many_close(many);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, refiner_open(&fit, FIRST_NM, STEP_NM, BANDS, &refiner, NULL));
+    struct spectrum s = {
+        .first_nm = FIRST_NM, .step_nm = STEP_NM, .n = BANDS, .specular = SPECULAR_SCE
+    };
+    for (size_t k = 0; k < N; k++) {
+        memcpy(s.value, R[k], sizeof R[k]);
+        TEST_ASSERT_EQUAL_INT(STATUS_OK,
+                              refiner_run(refiner, &noise, &s, 1, NULL, 0, 0, &one, NULL));
+        TEST_ASSERT_EQUAL_HEX32(one.flags, got[k].flags);
+        for (size_t i = 0; i < FREE; i++)
+            TEST_ASSERT_EQUAL_MEMORY(&one.value[i], &got[k].value[i], sizeof one.value[i]);
+    }
+    refiner_close(refiner);
+}
+
 /* Odd but allowed: answers are numbers inside the bounds. */
 static void test_spectra_that_are_no_skin_have_answers_inside_the_bounds(void)
 {
@@ -526,6 +557,7 @@ int main(void)
     RUN_TEST(test_the_same_bits_however_rows_are_handed_over);
     RUN_TEST(test_the_same_bits_by_all_fused_vectors_and_nearly_those_without);
     RUN_TEST(test_what_cannot_be_fitted_is_flagged_and_its_neighbours_are_not);
+    RUN_TEST(test_a_fit_by_another_model_goes_one_by_one);
     RUN_TEST(test_spectra_that_are_no_skin_have_answers_inside_the_bounds);
     RUN_TEST(test_bad_arguments_are_refused);
     return UNITY_END();
