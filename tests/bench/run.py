@@ -232,6 +232,10 @@ def show_inversion():
     with machine.Others() as others:
         subprocess.run([program], check=False)  # ends with 1 where a bar is missed, and says so
     row("others took of all cores", f"{others.percent:.0f} %")
+    python = environment.python_with(scipy="scipy")
+    if python is not None:
+        heading("all together, beside scipy's bounded least squares")
+        print(environment.run(python, "scipy_inversion.py"), end="")
 
 
 # ---- transport ------------------------------------------------------------------------------
