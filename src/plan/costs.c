@@ -112,12 +112,10 @@ static bool take_line(char *line, bool *seen, struct costs *ret)
     return ret->n < COSTS_MAX && cost_parse(line, &ret->cost[ret->n++]);
 }
 
-/* Into *costs, which is empty; what is there after a fault is of no use. */
-static enum status read_text(const char *text, struct costs *costs, size_t *line)
+/* More of a text into *costs, *line counted on; what is there after a fault is of no use. */
+static enum status read_lines(const char *text, bool *seen, struct costs *costs, size_t *line)
 {
     char copy[LINE_MAX_BYTES];
-    bool seen = false;
-    *line = 0;
     for (const char *at = text; *at != '\0';) {
         size_t n = strcspn(at, "\n"), body = n > 0 && at[n - 1] == '\r' ? n - 1 : n;
         ++*line;
@@ -125,19 +123,23 @@ static enum status read_text(const char *text, struct costs *costs, size_t *line
             return STATUS_FORMAT;
         memcpy(copy, at, body);
         copy[body] = '\0';
-        if (!take_line(copy, &seen, costs))
+        if (!take_line(copy, seen, costs))
             return STATUS_FORMAT;
         at += at[n] == '\n' ? n + 1 : n;
     }
-    ++*line;
-    return costs->n == 0 ? STATUS_FORMAT : STATUS_OK;
+    return STATUS_OK;
 }
 
 enum status costs_parse(const char *text, struct costs *ret, size_t *line)
 {
     struct costs *costs = calloc(1, sizeof *costs);
     size_t at = 0;
-    enum status s = costs != NULL ? read_text(text, costs, &at) : STATUS_NO_MEMORY;
+    bool seen = false;
+    enum status s = costs != NULL ? read_lines(text, &seen, costs, &at) : STATUS_NO_MEMORY;
+    if (s == STATUS_OK && costs->n == 0) { /* the line that is not there */
+        at++;
+        s = STATUS_FORMAT;
+    }
     if (s == STATUS_OK)
         *ret = *costs;
     else
@@ -153,10 +155,12 @@ static struct costs builtin;
 /* Without an allocation, so that it cannot fail in a station that has no memory left. */
 static void read_builtin(void)
 {
+    bool seen = false;
     size_t line = 0;
-    enum status s = read_text(costs_default_text, &builtin, &line);
-    assert(s == STATUS_OK); /* a test reads it */
-    (void)s;
+    enum status s = STATUS_OK;
+    for (size_t i = 0; costs_default_lines[i] != NULL && s == STATUS_OK; i++)
+        s = read_lines(costs_default_lines[i], &seen, &builtin, &line);
+    assert(s == STATUS_OK && builtin.n > 0); /* a test reads it */
 }
 
 const struct costs *costs_builtin(void)

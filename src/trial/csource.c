@@ -38,14 +38,16 @@ enum status trial_csource(FILE *stream, const struct costs *costs)
     }
     fputs(
         "/* costs_default.c - made by `skinspec bench --c-source` (make error-vs-time); not to be "
-        "edited. */\n#include \"plan/costs_default.h\"\n\nconst char costs_default_text[] =\n",
+        "edited. */\n#include \"plan/costs_default.h\"\n\n#include <stddef.h>\n\nconst char *const "
+        "costs_default_lines[] = {\n",
         stream);
     for (const char *at = text; *at != '\0';) {
         size_t n = strcspn(at, "\n");
         string_of(stream, at, n);
         at += n + 1;
-        fputs(*at == '\0' ? ";\n" : "\n", stream);
+        fputs(",\n", stream);
     }
+    fputs("    NULL,\n};\n", stream);
     free(text);
     return STATUS_OK;
 }
