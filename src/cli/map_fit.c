@@ -218,6 +218,15 @@ static uint32_t first_reason(uint32_t masked)
                                                  : masked;
 }
 
+/* Rows of m pixels, so far apart, into spectra of so many bands, one after the other. */
+static void turn(const float *restrict banded, size_t row, size_t m, size_t bands,
+                 float *restrict spectra)
+{
+    for (size_t b = 0; b < bands; b++)
+        for (size_t i = 0; i < m; i++)
+            spectra[i * bands + b] = banded[b * row + i];
+}
+
 /* The spectra to fit, one after the other; how many. */
 static size_t lay_out(const struct map_fit *f, struct map_scratch *s, size_t n)
 {
@@ -231,9 +240,13 @@ static size_t lay_out(const struct map_fit *f, struct map_scratch *s, size_t n)
     /* A few spectra at a time stay at hand while bands are added to them. */
     for (size_t first = 0; first < count; first += AT_A_TIME) {
         size_t m = count - first < AT_A_TIME ? count - first : AT_A_TIME;
-        for (size_t b = 0; b < bands; b++)
-            for (size_t i = first; i < first + m; i++)
-                s->spectra[i * bands + b] = s->banded[b * s->pixels + s->which[i]];
+        const size_t *which = s->which + first;
+        if (which[m - 1] - which[0] == m - 1) /* none between them was left out */
+            turn(s->banded + which[0], s->pixels, m, bands, s->spectra + first * bands);
+        else
+            for (size_t b = 0; b < bands; b++)
+                for (size_t i = 0; i < m; i++)
+                    s->spectra[(first + i) * bands + b] = s->banded[b * s->pixels + which[i]];
     }
     return count;
 }

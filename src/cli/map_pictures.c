@@ -145,8 +145,9 @@ static enum status paint(const struct work *w, struct band_reader *r)
         log_error("%s: %zu by %zu pixels are more than a PNG can have; --no-pictures leaves them "
                   "out",
                   path, p.picture.width, p.picture.height);
-    /* What the stream failed of is told there. */
-    enum status kept = new_file_end(&file, s == STATUS_OK || ferror(file.stream) != 0);
+    if (s != STATUS_OK && ferror(file.stream))
+        log_error("cannot write %s: %s", path, status_text(s));
+    enum status kept = new_file_end(&file, s == STATUS_OK);
     return s != STATUS_OK ? s : kept;
 }
 

@@ -10,7 +10,7 @@
 #include "base/parallel.h"
 
 /* Of a piece: what a core's own cache holds of it, and yet long rows to work along. */
-enum { PIECE_PIXELS = 4096, PIECE_BYTES = 8 << 20 };
+enum { PIECE_PIXELS = 2048, PIECE_BYTES = 8 << 20 };
 /* A round: long beside the pieces that some threads wait for at its end, short for who waits for
  * the stop.  And how often what is done is noted. */
 #define ROUND_S 0.25

@@ -1,6 +1,7 @@
 /* png_file.c - libpng, whose errors jump out of it. */
 #include "cli/png_file.h"
 
+#include <errno.h>
 #include <png.h>
 #include <setjmp.h>
 #include <stdint.h>
@@ -16,12 +17,19 @@ static void be_silent(png_structp png, png_const_charp text)
     (void)text;
 }
 
+/* Out of libpng, with errno as it is. */
+static void jump_out(png_structp png, png_const_charp text)
+{
+    (void)text;
+    png_longjmp(png, 1);
+}
+
 /* All that is written between setjmp() and the end, in a function without locals that change. */
 static enum status write_all(png_structp png, png_infop info, unsigned char *index, size_t height,
                              png_file_row *row, void *context)
 {
     if (setjmp(png_jmpbuf(png)) != 0)
-        return STATUS_IO;
+        return errno == ENOSPC || errno == EDQUOT || errno == EFBIG ? STATUS_FULL : STATUS_IO;
     png_write_info(png, info);
     for (size_t y = 0; y < height; y++) {
         enum status s = row(y, index, context);
@@ -58,7 +66,7 @@ enum status png_file_write(FILE *stream, size_t width, size_t height, const unsi
     if (width > PNG_UINT_31_MAX || height > PNG_UINT_31_MAX)
         return STATUS_RANGE;
     unsigned char *index = malloc(width);
-    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, NULL, be_silent);
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, jump_out, be_silent);
     png_infop info = png != NULL ? png_create_info_struct(png) : NULL;
     enum status s = index != NULL && info != NULL ? STATUS_OK : STATUS_NO_MEMORY;
     if (s == STATUS_OK)
