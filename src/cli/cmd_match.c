@@ -28,7 +28,8 @@ enum {
     OPTION_SPECULAR,
     OPTION_SURFACE,
     OPTION_SCENE,
-    OPTION_PLAN
+    OPTION_PLAN,
+    OPTION_COSTS
 };
 
 static const struct argp_option options[] = {
@@ -46,6 +47,8 @@ static const struct argp_option options[] = {
     { "scene", OPTION_SCENE, "FILE", 0,
       "What is wanted and known, as JSON (docs/scenes.md); with --json or --ndjson", 0 },
     { "plan", OPTION_PLAN, NULL, 0, "With --scene: show what would be done, and do not do it", 0 },
+    { "costs", OPTION_COSTS, "FILE", 0,
+      "With --scene: what each way costs, by skinspec bench --calibrate (this machine's)", 0 },
     { "threads", OPTION_THREADS, "N", 0, "Threads (all cores); the answers are the same", 0 },
     { "strict", OPTION_STRICT, NULL, 0, "Stop at the first bad row", 0 },
     OPTION_ROWS_JSON,
@@ -53,7 +56,7 @@ static const struct argp_option options[] = {
 };
 
 struct arguments {
-    const char *path, *table, *tables, *scene;
+    const char *path, *table, *tables, *scene, *costs;
     bool by_given, rgb_float, strict, plan;
     enum match_by by;
     size_t k;
@@ -87,8 +90,8 @@ static void check_arguments(struct argp_state *state, const struct arguments *a)
     if (a->rgb_float && a->by_given && a->by != MATCH_RGB)
         argp_error(state, "--rgb float goes with --by rgb");
     option_refine_check(state, &a->wish);
-    if (a->plan && a->scene == NULL)
-        argp_error(state, "--plan goes with --scene");
+    if ((a->plan || a->costs != NULL) && a->scene == NULL)
+        argp_error(state, "%s goes with --scene", a->plan ? "--plan" : "--costs");
     if (a->scene == NULL)
         return;
     if (a->by_given || a->rgb_float || a->k > 0 || a->wish.kind != REFINE_NOT)
@@ -135,6 +138,9 @@ static error_t parse(int key, char *text, struct argp_state *state)
         break;
     case OPTION_PLAN:
         a->plan = true;
+        break;
+    case OPTION_COSTS:
+        a->costs = text;
         break;
     case OPTION_STRICT:
         a->strict = true;
@@ -429,8 +435,8 @@ static int match_by_scene(const struct arguments *a, struct spectra *spectra)
     job->arguments = a;
     job->spectra = spectra;
     job->all_good = true;
-    int exit_status =
-        match_scene_open(a->scene, a->table, a->tables, spectra_bands(spectra), &job->scene);
+    int exit_status = match_scene_open(a->scene, a->table, a->tables, a->costs,
+                                       spectra_bands(spectra), &job->scene);
     if (exit_status == EXIT_SUCCESS && a->plan)
         match_scene_show(job->scene, a->format);
     else if (exit_status == EXIT_SUCCESS)

@@ -11,6 +11,7 @@
 #include "base/log.h"
 #include "cli/find_table.h"
 #include "cli/options.h"
+#include "db/costs_file.h"
 #include "db/table_file.h"
 #include "station/strict_json.h"
 #include "station/wire.h"
@@ -101,9 +102,28 @@ static int find(struct match_scene *m, const struct scene *scene, const char *ta
     return EXIT_SUCCESS;
 }
 
-int match_scene_open(const char *file, const char *table, const char *tables_folder,
-                     const struct spectrum *bands, struct match_scene **ret)
+/* One that is named must be there; this machine's may be missing, but not be wrong. */
+static enum status find_costs(const char *named, const struct costs **ret)
 {
+    static struct costs costs;
+    char path[COSTS_PATH_SIZE];
+    *ret = costs_builtin();
+    if (named == NULL && costs_file_path(path) != STATUS_OK)
+        return STATUS_OK;
+    enum status s = costs_file_read(named != NULL ? named : path, &costs);
+    if (s == STATUS_OK)
+        *ret = &costs;
+    if (s != STATUS_NOT_FOUND || named == NULL)
+        return s == STATUS_NOT_FOUND ? STATUS_OK : s;
+    log_error("there are no costs %s; `skinspec bench --calibrate --costs %s` makes them", named,
+              named);
+    return s;
+}
+
+int match_scene_open(const char *file, const char *table, const char *tables_folder,
+                     const char *costs, const struct spectrum *bands, struct match_scene **ret)
+{
+    const struct costs *known;
     char why[SCENE_WHY_SIZE] = "";
     struct scene scene;
     int exit_status = read_scene(file, &scene);
@@ -116,9 +136,15 @@ int match_scene_open(const char *file, const char *table, const char *tables_fol
     }
     m->file = file;
     exit_status = find(m, &scene, table, tables_folder);
-    struct plan_at_hand hand = { costs_builtin(), &m->at_hand,    m->has_table ? 1 : 0,
+    if (exit_status == EXIT_SUCCESS && find_costs(costs, &known) != STATUS_OK)
+        exit_status = EXIT_FAILURE;
+    if (exit_status != EXIT_SUCCESS) {
+        match_scene_close(m);
+        return exit_status;
+    }
+    struct plan_at_hand hand = { known,           &m->at_hand,    m->has_table ? 1 : 0,
                                  bands->first_nm, bands->step_nm, bands->n };
-    if (exit_status == EXIT_SUCCESS && plan_make(&scene, &hand, &m->plan, why) != STATUS_OK) {
+    if (plan_make(&scene, &hand, &m->plan, why) != STATUS_OK) {
         log_error("%s: %s", file, why);
         exit_status = EXIT_USAGE;
     }

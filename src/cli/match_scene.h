@@ -13,10 +13,11 @@
 struct match_scene;
 
 /* The scene of a file for spectra on these bands, and its plan.  table: the one at hand (NULL: the
- * default table of the scene's model, if it is there).  The exit status; what is wrong was
+ * default table of the scene's model, if it is there).  costs: a file of them (NULL: this
+ * machine's, if it is there, else those compiled in).  The exit status; what is wrong was
  * logged. */
 int match_scene_open(const char *file, const char *table, const char *tables_folder,
-                     const struct spectrum *bands, struct match_scene **ret);
+                     const char *costs, const struct spectrum *bands, struct match_scene **ret);
 
 /* What the plan needs is loaded and made. */
 int match_scene_prepare(struct match_scene *scene);

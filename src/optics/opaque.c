@@ -95,7 +95,9 @@ enum status opaque_most(const struct tissue *lightest, double Bm_hi, double firs
 {
     struct chromophores c;
     struct tissue other = *lightest;
-    double scratch[2][MEDIUM_SCRATCH(SPECTRUM_MAX_BANDS)], most[2][SPECTRUM_MAX_BANDS], sum = 0.0;
+    double scratch[2][MEDIUM_SCRATCH(SPECTRUM_MAX_BANDS)],
+        most[2][SPECTRUM_MAX_BANDS] = { { 0.0 } };
+    double sum = 0.0;
     struct medium m[2];
     enum status s = chromophores_init(first_nm, step_nm, n, &c);
     other.Bm = Bm_hi;

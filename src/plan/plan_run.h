@@ -23,16 +23,13 @@ struct plan_work {
 
 /* What is not in the plan is not there: has_* false, numbers NAN. */
 struct plan_answer {
-    bool has_colour;
-    double Lab[3], rgb[3]; /* of the spectrum, the scene's light; rgb linear sRGB, not clipped */
-    bool has_nearest;
-    struct match nearest; /* hits[] has the rows */
-    bool has_refined;     /* se and intervals are NAN where the plan leaves them out */
-    struct refined refined;
-    enum noise_source source;
-    double fitted_Lab[3]; /* of the fitted skin, the table's light */
-    bool has_coefficients;
-    double coefficient[3]; /* Cm, Bm, Ch by the way that was taken */
+    bool has_colour, has_nearest, has_refined, has_coefficients;
+    enum noise_source source; /* of the refined one */
+    double Lab[3], rgb[3];    /* of the spectrum, the scene's light; rgb linear sRGB, not clipped */
+    double coefficient[3];    /* Cm, Bm, Ch by the way that was taken */
+    double fitted_Lab[3];     /* of the fitted skin, the table's light */
+    struct match nearest;     /* hits[] has the rows */
+    struct refined refined;   /* se and intervals are NAN where the plan leaves them out */
 };
 
 /* A plan ready to run; many threads may run it at a time. */

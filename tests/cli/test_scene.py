@@ -7,8 +7,9 @@ import os
 
 from support import EXAMPLES, TABLES, Case, main, run
 
-# A folder where no table is.
+# A folder where no table is, and no costs of this machine.
 NOWHERE = os.path.join(os.sep, "nonexistent")
+os.environ["XDG_STATE_HOME"] = NOWHERE
 
 
 def without(record, *names):
@@ -134,6 +135,21 @@ class Scene(Case):
         done = run("match", EXAMPLES, "--scene", NOWHERE, "--json")
         self.assertEqual(done.status, 1)
         self.assertIn("cannot read the scene", done.err)
+
+    def test_costs(self):
+        """By costs that say that lab takes no time and is never wrong, lab it is."""
+        line = "two-layer,50400,%s,none,0,%g,%g,%g,0.1,0.01,%g,0.1,0.01,1,0.01,0\n"
+        costs = ("# machine: none\nmodel,rows,by,refine,interval,us,us_p95,Cm,Bm,Ch,Cm_transport,"
+                 "Bm_transport,Ch_transport,dE00,rms_R,bytes\n"
+                 + line % ("lab", 1, 1, 1e-5, 1e-5) + line % ("spectrum", 9, 9, 1e-5, 1e-5))  # fmt: skip
+        path = self.file(costs)
+        scene = {"want": ["nearest"], "error": {"Cm": 1e-4}}
+        for record in self.answer(scene, "--costs", path):
+            self.assertEqual(record["by"], "lab")
+            self.assertEqual(record["plan"]["estimated"]["us"], 1)
+        self.refused(scene, "the nearest is")
+        self.refused(scene, "skinspec bench --calibrate", status=1, options=["--costs", NOWHERE])
+        self.refused(scene, status=1, options=["--costs", EXAMPLES])
 
     def test_options(self):
         path = self.file('{"want": ["lab"]}')

@@ -4,12 +4,16 @@ against the command line's, what a record keeps of them, and the same bits when 
 again."""
 
 import json
+import os
 import tempfile
 
 from client import Refused
 from daemon import FAST, Case, main, new_uuid
 from support import EXAMPLES, TWO_LAYER, run
 from test_daemon_records import example_skins
+
+# The station goes by the costs compiled in; so the command line here.
+os.environ["XDG_STATE_HOME"] = os.path.join(os.sep, "nonexistent")
 
 SCENES = (
     {"want": ["lab", "rgb"]},
