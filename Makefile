@@ -195,6 +195,10 @@ $(BUILD)/bench/few: $(call objects,tests/bench/few.c tests/support/skin_queries.
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
 
+$(BUILD)/bench/tables: $(BUILD)/obj/tests/bench/tables.o $(db_o) $(lib_a)
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
+
 # Drivers and the simulators in one program.
 $(BUILD)/bench/drivers: $(BUILD)/obj/tests/bench/drivers.o \
         $(call objects,$(sims_c) tests/sim/wire_memory.c tests/support/ocean_bench.c) $(drivers_o) $(lib_a)

@@ -129,6 +129,16 @@ struct block {
     size_t begin, n; /* of the table */
 };
 
+/* By whole blocks, which become vectors. */
+static void put_spectrum(const double *restrict R, size_t bands, size_t stride, float *restrict to)
+{
+    for (size_t block = 0; block < stride; block += TABLE_BLOCK)
+        for (size_t i = block; i < block + TABLE_BLOCK; i++)
+            to[i] = (float)R[i];
+    for (size_t i = bands; i < stride; i++)
+        to[i] = 0.0f;
+}
+
 static void flush(const struct shared_rows *s, struct workspace *w, struct table *t,
                   struct block *block)
 {
@@ -136,14 +146,9 @@ static void flush(const struct shared_rows *s, struct workspace *w, struct table
     struct colour_columns columns = { t->L + at,   t->a + at,     t->b + at,
                                       t->red + at, t->green + at, t->blue + at };
     colour_many(&s->colour, block->n, w->R, &columns);
-    for (size_t row = 0; t->spectrum != NULL && row < block->n; row++) {
-        const double *restrict R = w->R + row * stride;
-        float *restrict to = t->spectrum + (at + row) * t->stride;
-        for (size_t i = 0; i < t->stride; i++)
-            to[i] = (float)R[i];
-        for (size_t i = s->bands; i < t->stride; i++)
-            to[i] = 0.0f;
-    }
+    for (size_t row = 0; t->spectrum != NULL && row < block->n; row++)
+        put_spectrum(w->R + row * stride, s->bands, t->stride,
+                     t->spectrum + (at + row) * t->stride);
     block->begin += block->n;
     block->n = 0;
 }
