@@ -14,7 +14,7 @@ struct block {
     double XYZ[3][BLOCK];
 };
 
-/* ---- along a spectrum -------------------------------------------------------------------- */
+/* ---- along a spectrum --------------------------------------------------------------- */
 
 VECTORS_INLINE double lanes_sum(const double x[LANES])
 {
@@ -42,7 +42,7 @@ VECTORS_INLINE void tristimulus(const struct colour_many *m, size_t n, const dou
     }
 }
 
-/* ---- along the spectra ------------------------------------------------------------------- */
+/* ---- along the spectra -------------------------------------------------------------- */
 
 /* [CIE15] 8.2.1, as colour/lab.c. */
 static const double epsilon = (6.0 / 29.0) * (6.0 / 29.0) * (6.0 / 29.0);
@@ -121,7 +121,7 @@ VECTORS_INLINE void colours(const struct colour_many *m, size_t n, const struct 
     memcpy(to->blue, rgb[2], n * sizeof *to->blue);
 }
 
-/* ---- for each kind of vectors ------------------------------------------------------------ */
+/* ---- for each kind of vectors ------------------------------------------------------- */
 
 VECTORS_INLINE void make(const struct colour_many *m, size_t n, const double *R,
                          const struct colour_columns *to, bool fused)

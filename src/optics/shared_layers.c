@@ -29,7 +29,7 @@ enum epidermis_row {
 };
 enum dermis_row { DERMIS_R2, DERMIS_U };
 
-/* ---- the half space's polynomial --------------------------------------------------------- */
+/* ---- the half space's polynomial ---------------------------------------------------- */
 
 /* e^-z I_n(z), the modified Bessel function by its series, of which no term is negative. */
 static double bessel_I(int n, double z)
@@ -99,7 +99,7 @@ VECTORS_INLINE double inverse_root(bool fused, double x)
     return nearer(fused, x, nearer(fused, x, y));
 }
 
-/* ---- layers ------------------------------------------------------------------------------ */
+/* ---- layers ------------------------------------------------------------------------- */
 
 /* What a layer is made from. */
 struct layer_job {
@@ -182,7 +182,7 @@ VECTORS_INLINE bool dermis_layer(const struct layer_job *job, bool two)
     return beyond == 0;
 }
 
-/* ---- pairs ------------------------------------------------------------------------------- */
+/* ---- pairs -------------------------------------------------------------------------- */
 
 struct pairs_job {
     const struct shared_layers *s;
@@ -232,7 +232,7 @@ VECTORS_INLINE void two_layer_pairs(const struct pairs_job *job, bool fused)
     }
 }
 
-/* ---- for each kind of vectors ------------------------------------------------------------ */
+/* ---- for each kind of vectors ------------------------------------------------------- */
 
 VECTORS_INLINE bool make_layer(const struct layer_job *job, bool fused, bool dermis)
 {
@@ -287,7 +287,7 @@ static bool layer(const struct layer_job *job, bool dermis)
                                                   : layer_plain(job, dermis);
 }
 
-/* ---- the contract ------------------------------------------------------------------------ */
+/* ---- the contract ------------------------------------------------------------------- */
 
 enum status shared_layers_init(const struct model *model, const struct chromophores *c,
                                const struct tissue *t, struct shared_layers *ret)
