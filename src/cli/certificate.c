@@ -83,10 +83,11 @@ static bool read_row(struct spectra *spectra, double aperture_mm, struct spectra
 
 bool certificate_read(const char *path, double aperture_mm, cJSON *params)
 {
+    const struct spectra_source source = spectra_source_csv(path);
     struct spectra *spectra;
     struct spectra_row row = { .number = 0 };
     cJSON *spectrum = NULL;
-    if (spectra_open(path, &spectra) != STATUS_OK)
+    if (spectra_open(&source, &spectra) != STATUS_OK)
         return false;
     bool good = has_colour(spectra) && read_row(spectra, aperture_mm, &row);
     if (good) {

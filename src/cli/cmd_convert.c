@@ -135,7 +135,8 @@ int cmd_convert(int argc, char **argv)
     struct spectra *spectra;
     static struct xyz_weights weights;
     option_parse(&argp, "convert", argc, argv, &a);
-    if (spectra_open(a.path, &spectra) != STATUS_OK)
+    const struct spectra_source source = spectra_source_csv(a.path);
+    if (spectra_open(&source, &spectra) != STATUS_OK)
         return EXIT_FAILURE;
     int exit_status = EXIT_FAILURE;
     if (colour_weights(spectra, a.illuminant, a.observer, &weights) == STATUS_OK)

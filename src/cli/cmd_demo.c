@@ -255,7 +255,8 @@ int cmd_demo(int argc, char **argv)
     option_parse(&argp, "demo", argc, argv, &a);
     if (a.path == NULL)
         a.path = default_examples(examples);
-    if (a.path == NULL || spectra_open(a.path, &spectra) != STATUS_OK)
+    const struct spectra_source source = spectra_source_csv(a.path);
+    if (a.path == NULL || spectra_open(&source, &spectra) != STATUS_OK)
         return EXIT_FAILURE;
     int exit_status = EXIT_FAILURE;
     if (find_table(a.table, a.tables, path) == STATUS_OK)

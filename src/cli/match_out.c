@@ -164,6 +164,15 @@ void match_out_refined_csv(struct out *out, const struct table *table,
 
 /* ---- objects ------------------------------------------------------------------------ */
 
+const char *const match_out_members[] = {
+    "Cm",         "Bm",      "Ch",   "SO2",   "epidermis_mm", "scattering",   "L",
+    "a",          "b",       "dE00", "rms",   "distance",     "by",           "table",
+    "refine",     "model",   "se",   "fixed", "repeat_se",    "table_sha256", "interval",
+    "chi_square", "degrees", "p",    "noise", "residual",     "second",       "nearest",
+    "words",      "flags",   "id",   "error", "spectrum"
+};
+const size_t match_out_members_n = sizeof match_out_members / sizeof *match_out_members;
+
 /* Its numbers are finite: only memory can be wanting. */
 static void move_members(enum status s, cJSON *made, cJSON *object)
 {

@@ -35,6 +35,10 @@ void match_out_refined_json(cJSON *object, const struct table *table,
                             const struct refined_match *match, const struct nearest_hit *hits,
                             size_t k);
 
+/* Names of those members, whether an answer has them or not. */
+extern const char *const match_out_members[];
+extern const size_t match_out_members_n;
+
 /* The line "skin  Cm ... blood ..." on standard output. */
 void match_out_skin(const struct table_row *row);
 

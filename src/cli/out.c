@@ -12,11 +12,29 @@
 #include "base/number.h"
 #include "json/print.h"
 
+static void put_bytes(const struct out *out, const char *bytes, size_t n)
+{
+    if (out->into != NULL)
+        text_add(out->into, bytes, n);
+    else
+        fwrite(bytes, 1, n, stdout); /* a failure is seen at the end */
+}
+
+static void put(const struct out *out, const char *text)
+{
+    put_bytes(out, text, strlen(text));
+}
+
 void out_begin(struct out *out, enum out_format format)
 {
     *out = (struct out){ .format = format };
     if (format == OUT_JSON)
-        fputs("[", stdout);
+        put(out, "[");
+}
+
+void out_begin_part(struct out *out, enum out_format format, size_t objects, struct text *into)
+{
+    *out = (struct out){ .format = format, .objects = objects, .into = into };
 }
 
 void out_of_memory(void)
@@ -28,13 +46,14 @@ void out_of_memory(void)
 void out_object(struct out *out, cJSON *object)
 {
     char *text;
-    if (json_print(object, SIZE_MAX, &text, NULL) != STATUS_OK)
+    size_t n;
+    if (json_print(object, SIZE_MAX, &text, &n) != STATUS_OK)
         out_of_memory();
     if (out->format == OUT_JSON)
-        fputs(out->objects > 0 ? ",\n" : "\n", stdout);
-    fputs(text, stdout);
+        put(out, out->objects > 0 ? ",\n" : "\n");
+    put_bytes(out, text, n);
     if (out->format == OUT_NDJSON)
-        fputs("\n", stdout);
+        put(out, "\n");
     out->objects++;
     free(text);
     cJSON_Delete(object);
@@ -71,36 +90,42 @@ void out_all(enum out_format format, cJSON *array)
 void out_text(struct out *out, const char *text)
 {
     if (out->fields++ > 0)
-        putchar(',');
+        put(out, ",");
     if (strpbrk(text, ",\"\r\n") == NULL && *text != '#') {
-        fputs(text, stdout);
+        put(out, text);
         return;
     }
-    putchar('"');
+    put(out, "\"");
     for (; *text != '\0'; text++) {
-        if (*text == '"')
-            putchar('"');
-        putchar(*text);
+        size_t n = strcspn(text, "\"");
+        put_bytes(out, text, n);
+        text += n;
+        if (*text == '\0')
+            break;
+        put(out, "\"\"");
     }
-    putchar('"');
+    put(out, "\"");
 }
 
 void out_number(struct out *out, double x, int digits)
 {
     char text[NUMBER_TEXT_SIZE];
-    out_text(out, isnan(x) ? "" : number_format(x, digits, text));
+    if (out->fields++ > 0)
+        put(out, ",");
+    if (!isnan(x))
+        put(out, number_format(x, digits, text));
 }
 
 void out_row(struct out *out)
 {
-    putchar('\n');
+    put(out, "\n");
     out->fields = 0;
 }
 
 enum status out_end(struct out *out)
 {
     if (out->format == OUT_JSON)
-        fputs(out->objects > 0 ? "\n]\n" : "]\n", stdout);
+        put(out, out->objects > 0 ? "\n]\n" : "]\n");
     return out_exit(true) == EXIT_SUCCESS ? STATUS_OK : STATUS_IO;
 }
 

@@ -1,4 +1,5 @@
-/* out.h - results on standard output: JSON, one object a line, or CSV.
+/* out.h - results on standard output, or in memory on their way there: JSON, one object a line, or
+ * CSV.
  * Numbers do not depend on the locale; a failed write is noticed at the end. */
 #ifndef SKINSPEC_CLI_OUT_H
 #define SKINSPEC_CLI_OUT_H
@@ -9,6 +10,7 @@
 
 #include "base/spectrum.h"
 #include "base/status.h"
+#include "cli/text.h"
 
 enum out_format {
     OUT_PLAIN,  /* CSV, or what a person reads */
@@ -19,10 +21,15 @@ enum out_format {
 struct out {
     enum out_format format;
     size_t objects;
-    size_t fields; /* in the CSV row begun */
+    size_t fields;     /* in the CSV row begun */
+    struct text *into; /* NULL: standard output */
 };
 
 void out_begin(struct out *out, enum out_format format);
+
+/* The same into memory, to be continued there or elsewhere: after so many objects, and without what
+ * opens the array. */
+void out_begin_part(struct out *out, enum out_format format, size_t objects, struct text *into);
 
 /* What is left to do where memory is wanting: say so and end the program. */
 void out_of_memory(void) __attribute__((noreturn));

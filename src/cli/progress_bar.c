@@ -55,24 +55,33 @@ static bool report(void *context, size_t done, size_t total)
     return stopped_by == 0;
 }
 
+struct progress progress_bar_begin_drawing(struct progress_bar *bar, const char *what)
+{
+    stopped_by = 0;
+    *bar = (struct progress_bar){ what, isatty(STDERR_FILENO) == 1, now(), 0.0, false };
+    return (struct progress){ report, bar };
+}
+
 struct progress progress_bar_begin(struct progress_bar *bar, const char *what)
 {
+    const struct progress progress = progress_bar_begin_drawing(bar, what);
     struct sigaction action = { .sa_handler = on_signal };
     sigemptyset(&action.sa_mask);
-    stopped_by = 0;
-    *bar = (struct progress_bar){ what, isatty(STDERR_FILENO) == 1, now(), 0.0 };
+    bar->has_signals = true;
     for (int i = 0; i < SIGNALS; i++) {
         sigaction(stopping_signals[i], NULL, &before[i]);
         if (before[i].sa_handler != SIG_IGN) /* nohup stays nohup */
             sigaction(stopping_signals[i], &action, NULL);
     }
-    return (struct progress){ report, bar };
+    return progress;
 }
 
 void progress_bar_end(struct progress_bar *bar)
 {
     if (bar->terminal && bar->shown > 0.0)
         fputc('\n', stderr);
+    if (!bar->has_signals)
+        return;
     for (int i = 0; i < SIGNALS; i++)
         sigaction(stopping_signals[i], &before[i], NULL);
     if (stopped_by != 0)

@@ -14,10 +14,15 @@ struct progress_bar {
     const char *what; /* "table-two-layer.db" */
     bool terminal;
     double began, shown; /* seconds, monotonic */
+    bool has_signals;
 };
 
 /* The progress to hand to the work.  One bar at a time: signals are the process's. */
 struct progress progress_bar_begin(struct progress_bar *bar, const char *what);
+
+/* The same for work that sees to signals itself: its reports return true. */
+struct progress progress_bar_begin_drawing(struct progress_bar *bar, const char *what);
+
 void progress_bar_end(struct progress_bar *bar);
 
 #endif

@@ -18,7 +18,12 @@ void row_out_carried(struct out *out, const struct spectra *spectra, const struc
 void row_out_bad(struct out *out, const struct spectra *spectra, const struct spectra_row *row,
                  size_t n);
 
-/* A new JSON object with the row's id: its text, or the row number. */
+/* A new JSON object with the row's id as it is there, or the row number. */
 cJSON *row_out_object(const struct spectra_row *row);
+
+/* The other members of a line of NDJSON, but for its spectrum, behind those of the answer; one
+ * whose name is one of ours, of which there are n, becomes input_NAME. */
+void row_out_members(cJSON *object, const struct spectra_row *row, const char *const *names,
+                     size_t n);
 
 #endif
