@@ -16,7 +16,7 @@ struct run {
     enum slot_state state[2 * PARALLEL_MAX_THREADS];
     bool taking, giving; /* some thread does */
     bool ended, failed;  /* take() has no more; give() failed */
-    enum status status;  /* the first that was not STATUS_OK */
+    enum status status;  /* of the give() that failed, else of take() */
 };
 
 struct worker {
@@ -45,12 +45,6 @@ static bool is_over(const struct run *r)
     return r->failed || (r->ended && r->given == r->taken);
 }
 
-static void note(struct run *r, enum status s)
-{
-    if (r->status == STATUS_OK)
-        r->status = s;
-}
-
 /* Each is called with the lock and returns with it; what takes time is done without. */
 static void give(struct run *r)
 {
@@ -63,7 +57,7 @@ static void give(struct run *r)
     r->state[slot] = FREE;
     r->given++;
     if (s != STATUS_OK) {
-        note(r, s);
+        r->status = s;
         r->failed = true;
         if (r->taking)
             r->flow->stop(r->flow->context);
@@ -81,7 +75,8 @@ static void take_and_work(struct run *r, unsigned worker)
     r->taking = false;
     pthread_cond_broadcast(&r->changed);
     if (s != STATUS_OK) {
-        note(r, s);
+        if (r->status == STATUS_OK)
+            r->status = s;
         r->ended = true;
         return;
     }

@@ -29,9 +29,9 @@ size_t flow_slots(unsigned threads);
 
 /* Run it on at most `threads` threads (the calling one among them, PARALLEL_MAX_THREADS at most)
  * and wait.  What was taken when take() fails is still worked on and given; after a give() that
- * failed nothing is given any more.  Returns the first failure, of give() or of take():
- * STATUS_NOT_FOUND, where all went well.  Where threads cannot be started the work is done by
- * those that could. */
+ * failed nothing is given any more.  Returns the status of the give() that failed, else that of
+ * take() which ended it: STATUS_NOT_FOUND, where all went well.  Where threads cannot be started
+ * the work is done by those that could. */
 enum status flow_run(const struct flow *flow, unsigned threads);
 
 #endif

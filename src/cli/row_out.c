@@ -36,7 +36,9 @@ void row_out_header(struct out *out, const struct spectra *spectra, const char *
 
 void row_out_carried(struct out *out, const struct spectra *spectra, const struct spectra_row *row)
 {
-    if (!spectra_has_id(spectra))
+    if (!spectra_has_id(spectra) && row->id != NULL) /* of NDJSON, which has no columns */
+        out_text(out, row->id);
+    else if (!spectra_has_id(spectra))
         out_number(out, (double)row->number, 17);
     for (size_t i = 0; i < spectra_carried(spectra); i++)
         out_text(out, spectra_carried_text(spectra, row, i));

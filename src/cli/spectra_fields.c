@@ -134,7 +134,8 @@ void spectra_read_fields(const struct spectra *s, struct spectra_row *row)
     spectra_begin_row(row, row->record.field[0].line);
     take_bands(&s->bands, &row->spectrum);
     bool texts = check_texts(row);
-    if (s->id_column < row->record.n && *row->record.field[s->id_column].text != '\0')
+    if (spectra_has_id(s) && s->id_column < row->record.n &&
+        *row->record.field[s->id_column].text != '\0')
         row->id = row->record.field[s->id_column].text;
     if (!texts || !check_width(s, row) || !read_specular(s, row))
         return;
