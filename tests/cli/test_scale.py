@@ -124,7 +124,8 @@ class Page(Files):
         self.assertEqual(self.read("answers.csv"), self.answers)
 
     def test_spark_stand_in(self):
-        """What RDD.pipe() does: a process a partition, some of them empty, elements as lines."""
+        """What RDD.pipe() of PySpark does: a process a partition, some of them empty, elements as
+        lines, nothing in the environment but what it is told."""
         (script,) = blocks("Spark", "python")
         (command,) = re.findall(r'\.pipe\("(.*?)"', script)
         lines = self.ndjson.splitlines()
@@ -139,7 +140,8 @@ class Page(Files):
             said = []
             for partition in (elements[:100], [], elements[100:101], elements[101:]):
                 done = subprocess.run(
-                    piped.split(), cwd=self.where, env=self.env, check=True, timeout=120,
+                    ["env", "-i", f"PATH={self.env['PATH']}", *piped.split()],
+                    cwd=self.where, check=True, timeout=120,
                     input="".join(line + "\n" for line in partition).encode(),
                     stdout=subprocess.PIPE,
                 )  # fmt: skip
