@@ -6,6 +6,9 @@
 
 #include "base/parallel.h"
 
+/* So that the others have something to do while one of them is kept from its core. */
+enum { SLOTS_A_THREAD = 4 };
+
 enum slot_state { FREE, WORKED_ON, DONE };
 
 struct run {
@@ -13,7 +16,7 @@ struct run {
     pthread_mutex_t lock;
     pthread_cond_t changed;
     size_t taken, given, slots;
-    enum slot_state state[2 * PARALLEL_MAX_THREADS];
+    enum slot_state state[SLOTS_A_THREAD * PARALLEL_MAX_THREADS];
     bool taking, giving; /* some thread does */
     bool ended, failed;  /* take() has no more; give() failed */
     enum status status;  /* of the give() that failed, else of take() */
@@ -27,7 +30,7 @@ struct worker {
 
 size_t flow_slots(unsigned threads)
 {
-    return 2 * (size_t)(threads < PARALLEL_MAX_THREADS ? threads : PARALLEL_MAX_THREADS);
+    return SLOTS_A_THREAD * (size_t)(threads < PARALLEL_MAX_THREADS ? threads : PARALLEL_MAX_THREADS);
 }
 
 static bool can_give(const struct run *r)

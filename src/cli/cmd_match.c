@@ -24,6 +24,7 @@ enum {
     OPTION_SURFACE,
     OPTION_SCENE,
     OPTION_PLAN,
+    OPTION_COSTS,
     OPTION_INPUT,
     OPTION_HEADER,
     OPTION_NO_HEADER,
@@ -47,6 +48,8 @@ static const struct argp_option options[] = {
     { "scene", OPTION_SCENE, "FILE", 0,
       "What is wanted and known, as JSON (docs/scenes.md); with --json or --ndjson", 0 },
     { "plan", OPTION_PLAN, NULL, 0, "With --scene: show what would be done, and do not do it", 0 },
+    { "costs", OPTION_COSTS, "FILE", 0,
+      "With --scene: what each way costs, by skinspec bench --calibrate (this machine's)", 0 },
     { "input", OPTION_INPUT, "csv|ndjson", 0,
       "What FILE is, where its first byte does not say so ('{': ndjson)", 0 },
     { "header", OPTION_HEADER, "CSV", 0,
@@ -66,7 +69,7 @@ static const struct argp_option options[] = {
 };
 
 struct arguments {
-    const char *table, *tables, *scene;
+    const char *table, *tables, *scene, *costs;
     struct spectra_source source;
     struct match_wish wish;
     struct match_stream_options stream;
@@ -129,8 +132,8 @@ static void check_output(struct argp_state *state, const struct arguments *a)
 static void check_scene(struct argp_state *state, const struct arguments *a)
 {
     const struct match_wish *wish = &a->wish;
-    if (a->plan && a->scene == NULL)
-        argp_error(state, "--plan goes with --scene");
+    if ((a->plan || a->costs != NULL) && a->scene == NULL)
+        argp_error(state, "%s goes with --scene", a->plan ? "--plan" : "--costs");
     if (a->scene == NULL)
         return;
     if (wish->by_given || wish->rgb_float || wish->k > 0 || wish->refine.kind != REFINE_NOT)
@@ -231,6 +234,9 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case OPTION_SCENE:
         a->scene = text;
         break;
+    case OPTION_COSTS:
+        a->costs = text;
+        break;
     case OPTION_PLAN:
         a->plan = true;
         break;
@@ -290,7 +296,7 @@ static int match_by_scene(struct arguments *a, struct spectra *spectra)
                   spectra_path(spectra));
         return EXIT_USAGE;
     }
-    int exit_status = match_scene_open(a->scene, a->table, a->tables, bands, &scene);
+    int exit_status = match_scene_open(a->scene, a->table, a->tables, a->costs, bands, &scene);
     if (exit_status == EXIT_SUCCESS && a->plan) {
         match_scene_show(scene, a->wish.format);
     } else if (exit_status == EXIT_SUCCESS) {

@@ -14,8 +14,8 @@ struct line {
     size_t pieces;      /* there are */
     size_t fails_after; /* give() does, after so many */
     size_t taken, given;
-    size_t piece[2 * PARALLEL_MAX_THREADS]; /* of a slot */
-    size_t result[2 * PARALLEL_MAX_THREADS];
+    size_t piece[4 * PARALLEL_MAX_THREADS]; /* of a slot */
+    size_t result[4 * PARALLEL_MAX_THREADS];
     size_t order[MOST];
     atomic_int taking, giving, at_work[PARALLEL_MAX_THREADS];
     atomic_bool stopped;

@@ -20,6 +20,7 @@ import unittest
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 import environment  # noqa: E402
+import batch  # noqa: E402
 import latency  # noqa: E402
 import machine  # noqa: E402
 import maps  # noqa: E402
@@ -31,6 +32,7 @@ SECONDS = 4
 READINGS = 300
 STARTS = 10
 REST_S = 10
+BATCH_ROUNDS, BATCH_ROWS, BATCH_FITS = 5, 200000, 10000
 BENCH = os.path.join(services.BUILD, "bench")
 DISK = os.environ.get("BENCH_DIR", os.path.join(BENCH, "disk"))
 MEMORY = "/dev/shm"
@@ -51,6 +53,7 @@ NUMPY_BARS = {
 }
 TWO_CORES, EXECUTEMANY = 1.8, 2
 RESIDENT_MB = 40
+TWO_CORES = 1.8
 TIMES_IADPYTHON = 100
 
 
@@ -431,6 +434,32 @@ def show_tables():
     row("others took of all cores", f"{others.percent:.0f} %")
 
 
+# ---- many spectra ---------------------------------------------------------------------------
+
+
+def show_batch():
+    """A file through `skinspec match`, by one thread and by two in turns."""
+    folder = os.path.join(DISK, "batch")
+    os.makedirs(folder, exist_ok=True)
+    (table, lines), (few, _) = batch.write(folder, BATCH_ROWS), batch.write(folder, BATCH_FITS)
+    heading(f"match of a file, two threads in turns with one: median of {BATCH_ROUNDS}")
+    for what, path, rows, options in (
+        ("CSV, nearest by spectrum", table, BATCH_ROWS, ()),
+        ("CSV, nearest by lab", table, BATCH_ROWS, ("--by", "lab")),
+        ("NDJSON, nearest by spectrum", lines, BATCH_ROWS, ("--ndjson",)),
+        ("CSV, --refine", few, BATCH_FITS, ("--refine",)),
+    ):
+        with machine.Others() as others:
+            rate = batch.rates(path, rows, BATCH_ROUNDS, *options)
+        one, two = rate[1], rate[2]
+        row(f"{what}: one, two", f"{one['per_s']:.0f} {two['per_s']:.0f} /s")
+        row("  of a core for each", f"{one['cpu_us']:.2f} {two['cpu_us']:.2f} us")
+        row("  memory at its highest", f"{max(one['mib'], two['mib']):.1f} MiB")
+        ratio = two["per_s"] / one["per_s"]
+        row("  two threads against one", f"{ratio:.2f}", f">= {TWO_CORES}", ratio >= TWO_CORES)
+        row("  others took of all cores", f"{others.percent:.0f} %")
+
+
 SECTIONS = {
     "throughput": show_throughput,
     "clients": show_clients,
@@ -438,6 +467,7 @@ SECTIONS = {
     "drivers": show_drivers,
     "start": show_start,
     "inversion": show_inversion,
+    "batch": show_batch,
     "transport": show_transport,
     "planner": show_planner,
     "map": show_map,
