@@ -23,7 +23,7 @@ struct match_rows {
 struct match_scratch {
     struct spectra_row row;
     struct match match;
-    struct refined_match refined; /* in place of it, where there is a fit */
+    struct refined_match refined;    /* in place of it, where there is a fit */
     struct match_scene_answer scene; /* in place of both, where there is a scene */
     struct nearest_hit hits[MATCH_OUT_MAX_K];
     const struct refiner *refiner; /* of the last row, and of many */

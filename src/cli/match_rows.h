@@ -28,7 +28,8 @@ struct match_rows;
  * once; *exit_status (EXIT_FAILURE or EXIT_USAGE) says whose matter it is, and NULL is returned. */
 struct match_rows *match_rows_open(const struct match_wish *wish, const struct spectra *spectra,
                                    const struct table *table, int *exit_status);
-/* By a scene that was prepared for the bands of the file, and outlives it.  NULL, logged: no memory. */
+/* By a scene that was prepared for the bands of the file, and outlives it.  NULL, logged: no
+ * memory. */
 struct match_rows *match_rows_open_scene(const struct match_wish *wish,
                                          const struct spectra *spectra, struct match_scene *scene);
 void match_rows_close(struct match_rows *rows); /* takes NULL */
