@@ -30,7 +30,8 @@ struct worker {
 
 size_t flow_slots(unsigned threads)
 {
-    return SLOTS_A_THREAD * (size_t)(threads < PARALLEL_MAX_THREADS ? threads : PARALLEL_MAX_THREADS);
+    return SLOTS_A_THREAD *
+           (size_t)(threads < PARALLEL_MAX_THREADS ? threads : PARALLEL_MAX_THREADS);
 }
 
 static bool can_give(const struct run *r)
