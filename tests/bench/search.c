@@ -6,7 +6,7 @@
  * sorts of queries: `near` a row (dE*ab 0.5 to 1, or spectra with noise of 0.002) and `off` the
  * surface (dE*ab 3 to 10, or smoothly by 0.02 to 0.05 rms), as real skin is.  Nanoseconds a
  * query of CPU time, the median of the rounds, one thread.  With FOLDER the spectra and queries are
- * left there as floats, for peers that are other programs. */
+ * left there as floats, for peers that are other programs.  With NO_PEER set spectra only. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
