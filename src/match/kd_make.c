@@ -339,11 +339,12 @@ enum status kd_tree_open(const struct kd_tree_rows *rows, struct kd_tree **ret)
         return STATUS_RANGE;
     struct kd_tree *tree = calloc(1, sizeof *tree);
     struct builder *b = calloc(1, sizeof *b);
+    const size_t few[] = { KD_FEW_COLOURS, KD_FEW_SPECTRA };
     enum status s = tree != NULL && b != NULL ? STATUS_OK : STATUS_NO_MEMORY;
     if (s == STATUS_OK) {
         tree->dims = rows->dims;
         tree->judge = kd_judge_of(vectors_best());
-        tree->few = rows->n <= (rows->dims <= 3 ? KD_FEW_COLOURS : KD_FEW_SPECTRA);
+        tree->few = rows->n <= few[rows->dims > 3];
         b->rows = rows;
         s = lay_out_all(tree, rows);
     }
