@@ -51,7 +51,8 @@ class Skin:
         melanin = x[1] * self.eumelanin + (1 - x[1]) * self.pheomelanin
         sa1 = x[0] * melanin + (1 - x[0]) * self.base
         sa2 = x[2] * self.blood + (1 - x[2]) * self.base
-        return sa1, sa2, melanin - self.base, x[0] * (self.eumelanin - self.pheomelanin), self.blood - self.base
+        blend = self.eumelanin - self.pheomelanin
+        return sa1, sa2, melanin - self.base, x[0] * blend, self.blood - self.base
 
 
 def half_space(skin, x):
