@@ -101,12 +101,12 @@ static void find_directions(struct sample *s, double *product)
             s->direction[k * n + i] = cos(UNITS_PI * ((double)i + 0.5) * (double)k / (double)n);
     make_orthonormal(n, s->direction);
     for (int turn = 0; turn < ITERATIONS; turn++) {
-        memset(product, 0, GUESS_PARAMETERS * n * sizeof *product);
+        memset(product, 0, (size_t)GUESS_PARAMETERS * n * sizeof *product);
         for (size_t j = 0; j < SKINS; j++)
             for (size_t k = 0; k < GUESS_PARAMETERS; k++)
                 add_scaled(n, dot(n, s->straight + j * n, s->direction + k * n),
                            s->straight + j * n, product + k * n);
-        memcpy(s->direction, product, GUESS_PARAMETERS * n * sizeof *product);
+        memcpy(s->direction, product, (size_t)GUESS_PARAMETERS * n * sizeof *product);
         make_orthonormal(n, s->direction);
     }
 }
@@ -206,17 +206,17 @@ enum status guess_init(const struct fit *fit, const struct quick *quick, struct 
 {
     size_t n = quick->c->n;
     struct equations *equations = malloc(sizeof *equations);
-    double *room = malloc((SKINS * (n + 2 * GUESS_PARAMETERS) + (2 * GUESS_PARAMETERS + 1) * n) *
-                          sizeof *room);
+    size_t parameters = GUESS_PARAMETERS, skins = SKINS;
+    double *room = malloc((skins * (n + 2 * parameters) + (2 * parameters + 1) * n) * sizeof *room);
     enum status status = STATUS_NO_MEMORY;
     if (equations != NULL && room != NULL) {
         struct sample s = { .bands = n, .straight = room };
-        s.wanted = (double(*)[GUESS_PARAMETERS])(room + SKINS * n);
+        s.wanted = (double(*)[GUESS_PARAMETERS])(room + (size_t)SKINS * n);
         s.component = s.wanted + SKINS;
         s.direction = (double *)(s.component + SKINS);
         status = take_sample(fit, quick, &s);
         if (status == STATUS_OK) {
-            project(&s, s.direction + GUESS_PARAMETERS * n, ret);
+            project(&s, s.direction + (size_t)GUESS_PARAMETERS * n, ret);
             list_terms(ret);
             fit_terms(&s, equations, ret);
         }

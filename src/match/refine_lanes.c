@@ -423,6 +423,7 @@ QUICK_INLINE void run(const struct refine_lanes *f, bool fused, bool two, bool p
 {
     struct work w;
     float single[SPECTRUM_MAX_BANDS * LANES];
+    memset(w.x, 0, sizeof w.x);
     size_t groups = (n + LANES - 1) / LANES, group = f->bands * LANES, lanes = groups * LANES;
     for (size_t g = 0; g < groups; g++) {
         check(f, g, R + g * group, single + g * group, ret);
