@@ -2,10 +2,12 @@
 """test_worked_session.py - the session that docs/protocol.md shows, played line by line.
 
 What stands behind `<` is compared with what the station says, member by member: all of it, but
-where a text or an object is cut short with `...`, and what is another in each run.
+where a text or an object is cut short with `...`, and what is another in each run. Numbers are those
+of any machine to 1e-10 of themselves.
 """
 
 import json
+import math
 import os
 import re
 
@@ -40,6 +42,12 @@ def differences(expected, got, path=""):
     elif isinstance(expected, str) and expected.endswith("..."):
         if not isinstance(got, str):
             yield f"{path}: {got!r} is no text"
+    elif isinstance(expected, float) and isinstance(got, (int, float)):
+        if not math.isclose(expected, got, rel_tol=1e-10):
+            yield f"{path}: {expected!r} shown, {got!r} said"
+    elif isinstance(expected, list) and isinstance(got, list) and len(expected) == len(got):
+        for i, (x, y) in enumerate(zip(expected, got)):
+            yield from differences(x, y, f"{path}[{i}]")
     elif expected != got:
         yield f"{path}: {expected!r} shown, {got!r} said"
 
@@ -67,10 +75,11 @@ class WorkedSession(Case):
 
     def test_a_difference_is_seen(self):
         """The comparison itself: what it passes over, and nothing else."""
-        line = '{"a":"3e1f...","event_seq":6,"c":{"d":1,...}}'
-        said = {"a": "3e1f5b6d", "event_seq": 9, "c": {"d": 1, "e": 2}}
+        line = '{"a":"3e1f...","event_seq":6,"c":{"d":1,...},"x":[0.5,2]}'
+        said = {"a": "3e1f5b6d", "event_seq": 9, "c": {"d": 1, "e": 2}, "x": [0.5 + 1e-12, 2]}
         self.assertEqual(list(differences(shown(line), said)), [])
-        for change in ({"a": 1}, {"c": {"e": 2}}, {"c": {"d": 2}}, {"more": 1}, {"event_seq": "9"}):
+        for change in ({"a": 1}, {"c": {"e": 2}}, {"c": {"d": 2}}, {"more": 1}, {"event_seq": "9"},
+                       {"x": [0.5 + 1e-9, 2]}, {"x": [0.5]}):
             self.assertEqual(len(list(differences(shown(line), {**said, **change}))), 1, change)
 
 
