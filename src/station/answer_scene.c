@@ -23,6 +23,13 @@ struct scene_answer {
     struct nearest_hit hits[SCENE_MAX_K];
 };
 
+static const struct costs *measured_costs; /* NULL: none of this machine */
+
+void answer_scene_costs(const struct costs *costs)
+{
+    measured_costs = costs;
+}
+
 static double now_us(void)
 {
     struct timespec t;
@@ -39,8 +46,8 @@ static enum status make_plan(struct loaded_table *table, const struct scene *sce
     struct plan_table one = { "", NULL, 0 };
     if (rows != NULL)
         one = (struct plan_table){ rows->name, &rows->recipe, rows->n };
-    struct plan_at_hand hand = { costs_builtin(), &one,    rows != NULL ? 1 : 0,
-                                 first_nm,        step_nm, bands };
+    const struct costs *costs = measured_costs != NULL ? measured_costs : costs_builtin();
+    struct plan_at_hand hand = { costs, &one, rows != NULL ? 1 : 0, first_nm, step_nm, bands };
     enum status s = plan_make(scene, &hand, ret, why);
     if (s != STATUS_OK || !keep || plan_runs(ret, PLAN_SEARCH))
         return s;

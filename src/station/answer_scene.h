@@ -5,8 +5,13 @@
 #include <cjson/cJSON.h>
 
 #include "db/store.h"
+#include "plan/costs.h"
 #include "plan/scene.h"
 #include "station/tables.h"
+
+/* What plans are made by from here on: to be called, if at all, before any thread asks for an
+ * answer; without it those compiled in.  *costs stays the caller's. */
+void answer_scene_costs(const struct costs *costs);
 
 /* The match object of the record's SCE spectrum and replicates, with `plan`, into *ret.  table:
  * the one at hand, may be NULL.  With `keep`, also into the record, for which the plan has to

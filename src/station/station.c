@@ -8,6 +8,8 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "base/version.h"
+#include "db/costs_file.h"
+#include "station/answer_scene.h"
 #include "station/asked.h"
 #include "station/bench.h"
 #include "station/dispatch.h"
@@ -87,6 +89,20 @@ static enum status open_tables(struct station *station)
     return tables_open(&settings, &station->tables);
 }
 
+/* Of `skinspec bench --calibrate --costs STATE/costs.csv`.  A file that makes no sense is told, and
+ * no reason not to measure skin. */
+static void read_costs(const struct station *station)
+{
+    static struct costs costs;
+    char path[SETTINGS_PATH_SIZE + 16];
+    snprintf(path, sizeof path, "%s/costs.csv", station->settings->state);
+    enum status s = costs_file_read(path, &costs);
+    if (s == STATUS_OK)
+        answer_scene_costs(&costs);
+    else if (s != STATUS_NOT_FOUND)
+        log_warning("station: plans go by the costs compiled in");
+}
+
 enum status station_open(struct station *station)
 {
     const struct settings *settings = station->settings;
@@ -101,6 +117,8 @@ enum status station_open(struct station *station)
         s = protocol_open(&station->protocol);
     if (s == STATUS_OK)
         s = station_claim_store(station);
+    if (s == STATUS_OK)
+        read_costs(station);
     if (s == STATUS_OK)
         s = worker_open(settings->state, false, &station->inbox, &station->reader);
     if (s == STATUS_OK)

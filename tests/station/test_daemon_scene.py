@@ -8,7 +8,7 @@ import os
 import tempfile
 
 from client import Refused
-from daemon import FAST, Case, main, new_uuid
+from daemon import FAST, Case, Daemon, main, new_uuid
 from support import EXAMPLES, TWO_LAYER, run
 from test_daemon_records import example_skins
 
@@ -91,6 +91,36 @@ class Matching(Case):
             self.match(c, {"want": ["refined"], "error": {"Cm": 1e-9}})
         except Refused as refused:
             self.assertIn("the nearest is", str(refused.error))
+
+
+COSTS = """# machine: none
+model,rows,by,refine,interval,us,us_p95,Cm,Bm,Ch,Cm_transport,Bm_transport,Ch_transport,dE00,rms_R,bytes
+two-layer,50400,lab,none,0,1,1,1e-5,0.1,0.01,1e-5,0.1,0.01,1,0.01,0
+two-layer,50400,spectrum,none,0,9,9,1e-5,0.1,0.01,1e-5,0.1,0.01,1,0.01,0
+"""
+
+
+class Costs(Case):
+    def by(self, costs):
+        """How a station with this file searches where a bound leaves it the choice."""
+        with tempfile.TemporaryDirectory(prefix="sk.", dir="/tmp") as state:
+            with open(os.path.join(state, "costs.csv"), "w", encoding="ascii") as file:
+                file.write(costs)
+            with Daemon(state=state) as daemon, daemon.client() as c:
+                daemon.wait_for_table()
+                scene = {"want": ["nearest"], "error": {"Cm": 1e-4}}
+                answer = c.call("match.spectrum", spectrum=next(iter(example_skins())),
+                                specular="sce", store=False, scene=scene)  # fmt: skip
+                return answer["by"], answer["plan"]["estimated"]["us"]
+
+    def test_of_this_machine(self):
+        """By costs that say that lab takes no time and is never wrong, lab it is."""
+        self.assertEqual(self.by(COSTS), ("lab", 1))
+
+    def test_without_sense(self):
+        """Those compiled in: there no row is so near."""
+        with self.refused("params_invalid"):
+            self.by(COSTS.replace("lab,none", "lab,maybe"))
 
 
 class Measuring(Case):
