@@ -204,8 +204,8 @@ class Bars(Case):
     def test_matching_a_file_shows_a_bar_only_beside_other_output(self):
         """Standard error on the terminal; results elsewhere."""
         row = spectra_csv([(("a", "sce"), [0.5] * 31)], before=("id", "specular"))
-        text = row + row.splitlines(keepends=True)[1] * 400
-        command = ("match", self.file(text), "--tables", TABLES, "--threads", "1", "--by", "de2000")
+        text = row + row.splitlines(keepends=True)[1] * 10000
+        command = ("match", self.file(text), "--tables", TABLES, "--threads", "1", "--refine")
         status, shown = on_terminal(*command, streams=("stderr",))
         self.assertEqual(status, 0)
         self.assertRegex(shown, r"\rmatch \[#{30}\] 100 %")

@@ -35,7 +35,7 @@ FAST = "simulated:speed=instant"
 START_S = 30
 PR_SET_PDEATHSIG = 1  # prctl(2)
 _libc = ctypes.CDLL(None)
-STOP_S = 20 if INSTRUMENTED else 2  # docs: it ends within 2 s
+STOP_S = 20  # docs: 2; ten times that, on whatever machine
 
 Client.check = staticmethod(shapes.check)
 
