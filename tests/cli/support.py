@@ -409,6 +409,8 @@ class _Unity(unittest.TestResult):
         if self.printed[name] > 5:  # the first tell enough
             return
         what = error[1] if issubclass(error[0], AssertionError) else repr(error[1])
+        if issubclass(error[0], OSError):  # whose repr() leaves out the file
+            what = f"{error[0].__name__}: {error[1]}"
         self._print(test, self._place(error), "FAIL", what)
 
     def addFailure(self, test, err):
