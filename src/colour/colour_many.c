@@ -9,11 +9,6 @@
 
 enum { LANES = VECTORS_LANES, BLOCK = 64 };
 
-/* XYZ of so many spectra. */
-struct block {
-    double XYZ[3][BLOCK];
-};
-
 /* ---- along a spectrum --------------------------------------------------------------- */
 
 VECTORS_INLINE double lanes_sum(const double x[LANES])
@@ -22,7 +17,7 @@ VECTORS_INLINE double lanes_sum(const double x[LANES])
 }
 
 VECTORS_INLINE void tristimulus(const struct colour_many *m, size_t n, const double *restrict R,
-                                struct block *block, bool fused)
+                                double *const XYZ[3], bool fused)
 {
     for (size_t row = 0; row < n; row++, R += m->stride) {
         double X[LANES] = { 0.0 }, Y[LANES] = { 0.0 }, Z[LANES] = { 0.0 };
@@ -36,9 +31,9 @@ VECTORS_INLINE void tristimulus(const struct colour_many *m, size_t n, const dou
                 Z[l] = vectors_sum(fused, z[l], r[l], Z[l]);
             }
         }
-        block->XYZ[0][row] = lanes_sum(X);
-        block->XYZ[1][row] = lanes_sum(Y);
-        block->XYZ[2][row] = lanes_sum(Z);
+        XYZ[0][row] = lanes_sum(X);
+        XYZ[1][row] = lanes_sum(Y);
+        XYZ[2][row] = lanes_sum(Z);
     }
 }
 
@@ -94,15 +89,16 @@ VECTORS_INLINE double linear(const double row[3], double X, double Y, double Z, 
     return vectors_sum(fused, row[0], X, vectors_sum(fused, row[1], Y, row[2] * Z));
 }
 
-VECTORS_INLINE void colours(const struct colour_many *m, size_t n, const struct block *block,
+VECTORS_INLINE void colours(const struct colour_many *m, size_t n, const double *const XYZ[3],
                             const struct colour_columns *to, bool fused)
 {
+    const double *restrict Xin = XYZ[0], *restrict Yin = XYZ[1], *restrict Zin = XYZ[2];
     double Lab[3][BLOCK], rgb[3][BLOCK];
     const double(*restrict M)[3] = m->rgb_of_xyz;
     const size_t whole = (n + LANES - 1) / LANES * LANES;
     VECTORS_LOOP
     for (size_t i = 0; i < whole; i++) {
-        double X = block->XYZ[0][i], Y = block->XYZ[1][i], Z = block->XYZ[2][i];
+        double X = Xin[i], Y = Yin[i], Z = Zin[i];
         struct lightness x = lightness_of(fused, X * m->i_white[0]);
         struct lightness y = lightness_of(fused, Y * m->i_white[1]);
         struct lightness z = lightness_of(fused, Z * m->i_white[2]);
@@ -123,46 +119,83 @@ VECTORS_INLINE void colours(const struct colour_many *m, size_t n, const struct 
 
 /* ---- for each kind of vectors ------------------------------------------------------- */
 
-VECTORS_INLINE void make(const struct colour_many *m, size_t n, const double *R,
-                         const struct colour_columns *to, bool fused)
+static void sums_plain(const struct colour_many *m, size_t n, const double *R, double *const XYZ[3])
 {
-    struct block block = { { { 0.0 } } };
-    tristimulus(m, n, R, &block, fused);
-    colours(m, n, &block, to, fused);
+    tristimulus(m, n, R, XYZ, false);
 }
 
-static void make_plain(const struct colour_many *m, size_t n, const double *R,
-                       const struct colour_columns *to)
+static void colours_plain(const struct colour_many *m, size_t n, const double *const XYZ[3],
+                          const struct colour_columns *to)
 {
-    make(m, n, R, to, false);
+    colours(m, n, XYZ, to, false);
 }
 
-VECTORS_AVX2 static void make_avx2(const struct colour_many *m, size_t n, const double *R,
-                                   const struct colour_columns *to)
+VECTORS_AVX2 static void sums_avx2(const struct colour_many *m, size_t n, const double *R,
+                                   double *const XYZ[3])
 {
-    make(m, n, R, to, true);
+    tristimulus(m, n, R, XYZ, true);
 }
 
-VECTORS_AVX512 static void make_avx512(const struct colour_many *m, size_t n, const double *R,
-                                       const struct colour_columns *to)
+VECTORS_AVX2 static void colours_avx2(const struct colour_many *m, size_t n,
+                                      const double *const XYZ[3], const struct colour_columns *to)
 {
-    make(m, n, R, to, true);
+    colours(m, n, XYZ, to, true);
+}
+
+VECTORS_AVX512 static void sums_avx512(const struct colour_many *m, size_t n, const double *R,
+                                       double *const XYZ[3])
+{
+    tristimulus(m, n, R, XYZ, true);
+}
+
+VECTORS_AVX512 static void colours_avx512(const struct colour_many *m, size_t n,
+                                          const double *const XYZ[3],
+                                          const struct colour_columns *to)
+{
+    colours(m, n, XYZ, to, true);
+}
+
+/* ---- the contract ------------------------------------------------------------------- */
+
+void colour_many_xyz(const struct colour_many *m, size_t n, const double *R, double *const XYZ[3])
+{
+    if (m->vectors == VECTORS_WITH_AVX512)
+        sums_avx512(m, n, R, XYZ);
+    else if (m->vectors == VECTORS_WITH_AVX2)
+        sums_avx2(m, n, R, XYZ);
+    else
+        sums_plain(m, n, R, XYZ);
+}
+
+void colour_many_of_xyz(const struct colour_many *m, size_t n, const double *const XYZ[3],
+                        const struct colour_columns *ret)
+{
+    for (size_t i = 0; i < n; i += BLOCK) {
+        size_t count = n - i < BLOCK ? n - i : BLOCK;
+        const double *const from[3] = { XYZ[0] + i, XYZ[1] + i, XYZ[2] + i };
+        struct colour_columns to = { ret->L + i,   ret->a + i,     ret->b + i,
+                                     ret->red + i, ret->green + i, ret->blue + i };
+        if (m->vectors == VECTORS_WITH_AVX512)
+            colours_avx512(m, count, from, &to);
+        else if (m->vectors == VECTORS_WITH_AVX2)
+            colours_avx2(m, count, from, &to);
+        else
+            colours_plain(m, count, from, &to);
+    }
 }
 
 void colour_many(const struct colour_many *m, size_t n, const double *R,
                  const struct colour_columns *ret)
 {
+    double X[BLOCK] = { 0.0 }, Y[BLOCK] = { 0.0 }, Z[BLOCK] = { 0.0 };
+    double *const sums[3] = { X, Y, Z };
+    const double *const XYZ[3] = { X, Y, Z };
     for (size_t i = 0; i < n; i += BLOCK) {
         size_t count = n - i < BLOCK ? n - i : BLOCK;
         struct colour_columns to = { ret->L + i,   ret->a + i,     ret->b + i,
                                      ret->red + i, ret->green + i, ret->blue + i };
-        const double *from = R + i * m->stride;
-        if (m->vectors == VECTORS_WITH_AVX512)
-            make_avx512(m, count, from, &to);
-        else if (m->vectors == VECTORS_WITH_AVX2)
-            make_avx2(m, count, from, &to);
-        else
-            make_plain(m, count, from, &to);
+        colour_many_xyz(m, count, R + i * m->stride, sums);
+        colour_many_of_xyz(m, count, XYZ, &to);
     }
 }
 

@@ -32,4 +32,10 @@ struct colour_columns {
 void colour_many(const struct colour_many *m, size_t n, const double *R,
                  const struct colour_columns *ret);
 
+/* The same in two steps.  XYZ[k] has room for n rounded up to VECTORS_LANES, and what is past n is
+ * finite. */
+void colour_many_xyz(const struct colour_many *m, size_t n, const double *R, double *const XYZ[3]);
+void colour_many_of_xyz(const struct colour_many *m, size_t n, const double *const XYZ[3],
+                        const struct colour_columns *ret);
+
 #endif

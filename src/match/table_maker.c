@@ -8,9 +8,11 @@
 
 #include "base/parallel.h"
 #include "colour/colour_many.h"
+#include "match/lattice.h"
 #include "optics/shared_layers.h"
 
-enum { ALIGNMENT = 64, ROWS_PER_PIECE = 256, ROWS_PER_BLOCK = 64 };
+/* Pieces of several epidermises of one Cm, which have sums in common. */
+enum { ALIGNMENT = 64, ROWS_PER_PIECE = 1024, ROWS_PER_BLOCK = 64 };
 
 /* All that rows share; only read once it is made. */
 struct shared_rows {
@@ -19,15 +21,18 @@ struct shared_rows {
     struct chromophores chromophores;
     struct shared_layers layers;
     struct colour_many colour;
-    double *Cm, *Bm, *Ch; /* values of the axes */
-    double *dermis;       /* [Ch][SHARED_DERMIS_SIZE] */
-    bool *within;         /* [Ch] whether that dermis is in the formulas' range */
+    double *Cm, *Bm, *Ch;    /* values of the axes */
+    double *dermis;          /* [Ch][SHARED_DERMIS_SIZE] */
+    bool *within;            /* [Ch] whether that dermis is in the formulas' range */
+    struct lattice *lattice; /* NULL: every colour is computed from its spectrum */
 };
 
 /* Of one thread. */
 struct workspace {
     struct row_maker *plain;
+    struct lattice_sums *sums;
     double *epidermis, *R;
+    double XYZ[3][ROWS_PER_BLOCK + VECTORS_LANES];
 };
 
 struct table_maker {
@@ -62,6 +67,7 @@ static void shared_rows_close(struct shared_rows *s)
     free(s->Ch);
     free(s->dermis);
     free(s->within);
+    lattice_close(s->lattice);
     free(s);
 }
 
@@ -97,9 +103,14 @@ static enum status shared_rows_fill(struct shared_rows *s)
     s->within = malloc(s->grid.Ch.n * sizeof *s->within);
     if (s->Cm == NULL || s->Bm == NULL || s->Ch == NULL || s->dermis == NULL || s->within == NULL)
         return STATUS_NO_MEMORY;
-    for (size_t i = 0; i < s->grid.Ch.n; i++)
+    bool all = true;
+    for (size_t i = 0; i < s->grid.Ch.n; i++) {
         s->within[i] = shared_dermis(&s->layers, s->Ch[i], s->dermis + i * size);
-    return STATUS_OK;
+        all = all && s->within[i];
+    }
+    struct lattice_source source = { &s->grid,   s->Cm,     s->Bm,     s->Ch,
+                                     &s->layers, s->dermis, &s->colour };
+    return all ? lattice_open(&source, &s->lattice) : STATUS_OK;
 }
 
 /* *ret stays NULL where the recipe has no such formulas. */
@@ -124,7 +135,7 @@ static enum status shared_rows_open(const struct recipe *recipe, struct shared_r
 
 /* ---- rows -------------------------------------------------------------------------------- */
 
-/* Rows whose spectra stand in the workspace and wait for their colours. */
+/* Rows whose XYZ, and spectra where they are kept, stand in the workspace and wait. */
 struct block {
     size_t begin, n; /* of the table */
 };
@@ -145,7 +156,8 @@ static void flush(const struct shared_rows *s, struct workspace *w, struct table
     size_t at = block->begin, stride = s->layers.stride;
     struct colour_columns columns = { t->L + at,   t->a + at,     t->b + at,
                                       t->red + at, t->green + at, t->blue + at };
-    colour_many(&s->colour, block->n, w->R, &columns);
+    const double *const XYZ[3] = { w->XYZ[0], w->XYZ[1], w->XYZ[2] };
+    colour_many_of_xyz(&s->colour, block->n, XYZ, &columns);
     for (size_t row = 0; t->spectrum != NULL && row < block->n; row++)
         put_spectrum(w->R + row * stride, s->bands, t->stride,
                      t->spectrum + (at + row) * t->stride);
@@ -163,6 +175,21 @@ static size_t run_length(const struct shared_rows *s, struct grid_place place, s
     while (n < most && s->within[place.Ch + n])
         n++;
     return n;
+}
+
+/* n rows from place on, as rows `at` and on of a block. */
+static void put_rows(const struct shared_rows *s, struct workspace *w, struct grid_place place,
+                     size_t n, size_t at, bool spectra)
+{
+    double *const XYZ[3] = { w->XYZ[0] + at, w->XYZ[1] + at, w->XYZ[2] + at };
+    double *R = w->R + at * s->layers.stride;
+    if (s->lattice == NULL || spectra)
+        shared_reflectance(&s->layers, w->epidermis, n,
+                           s->dermis + place.Ch * SHARED_DERMIS_SIZE(s->layers.stride), R);
+    if (s->lattice == NULL)
+        colour_many_xyz(&s->colour, n, R, XYZ);
+    else
+        lattice_xyz(s->lattice, w->sums, place, n, XYZ);
 }
 
 static void put_parameters(const struct shared_rows *s, struct table *t, size_t at,
@@ -191,20 +218,18 @@ static enum status shared_piece(const struct shared_rows *s, struct workspace *w
 {
     struct block block = { at, 0 };
     struct grid_place now = { SIZE_MAX, 0, 0 };
-    size_t stride = s->layers.stride;
     enum status status = STATUS_OK;
-    bool within = false;
+    bool within = s->lattice != NULL, spectra = t->spectrum != NULL;
+    bool epidermis = !within || spectra; /* is needed */
     while (at < end && status == STATUS_OK) {
         struct grid_place place = grid_place(&s->grid, row);
-        if (place.Cm != now.Cm || place.Bm != now.Bm)
+        if (epidermis && (place.Cm != now.Cm || place.Bm != now.Bm))
             within = shared_epidermis(&s->layers, s->Cm[place.Cm], s->Bm[place.Bm], w->epidermis);
         now = place;
         size_t room = ROWS_PER_BLOCK - block.n;
         size_t n = within ? run_length(s, place, room < end - at ? room : end - at) : 0;
         if (n > 0) {
-            shared_reflectance(&s->layers, w->epidermis, n,
-                               s->dermis + place.Ch * SHARED_DERMIS_SIZE(stride),
-                               w->R + block.n * stride);
+            put_rows(s, w, place, n, block.n, spectra);
             put_parameters(s, t, at, place, n);
             block.n += n;
             row += n;
@@ -245,7 +270,10 @@ static enum status workspace_open(const struct table_maker *maker, struct worksp
     size_t stride = maker->shared->layers.stride;
     w->epidermis = aligned(SHARED_EPIDERMIS_SIZE(stride));
     w->R = aligned(ROWS_PER_BLOCK * stride);
-    return w->epidermis != NULL && w->R != NULL ? STATUS_OK : STATUS_NO_MEMORY;
+    if (w->epidermis == NULL || w->R == NULL)
+        return STATUS_NO_MEMORY;
+    return maker->shared->lattice != NULL ? lattice_sums_open(maker->shared->lattice, &w->sums)
+                                          : STATUS_OK;
 }
 
 enum status table_maker_open(const struct recipe *recipe, unsigned threads,
@@ -275,6 +303,7 @@ void table_maker_close(struct table_maker *maker)
         return;
     for (unsigned i = 0; i < maker->threads; i++) {
         row_maker_close(maker->workspace[i].plain);
+        lattice_sums_close(maker->workspace[i].sums);
         free(maker->workspace[i].epidermis);
         free(maker->workspace[i].R);
     }

@@ -2,7 +2,8 @@
  *
  * half-space and two-layer go by vectors, what rows share computed once (optics/shared_layers.h,
  * colour/colour_many.h): spectra within 1e-12 and colours within 1e-11 of the row maker's
- * (match/recipe.h).  Rows beyond those formulas, and other models, are the row maker's own. */
+ * (match/recipe.h); colours of large tables, interpolated (match/lattice.h), within 3e-11.  Rows
+ * beyond those formulas, and other models, are the row maker's own. */
 #ifndef SKINSPEC_MATCH_TABLE_MAKER_H
 #define SKINSPEC_MATCH_TABLE_MAKER_H
 
