@@ -22,6 +22,7 @@ void tearDown(void)
 /* ---- what a lattice is made of ----------------------------------------------------------- */
 
 enum { AXIS_MOST = 400, BANDS_MOST = 480 };
+static const size_t dermis_most = SHARED_DERMIS_SIZE((size_t)BANDS_MOST);
 
 static struct room {
     struct grid grid;
@@ -66,7 +67,7 @@ static void furnish(const struct recipe *r)
                                                       r->step_nm, r->bands, &w));
     colour_many_init(&w, &room.colour);
     free(room.dermis);
-    room.dermis = calloc(AXIS_MOST, SHARED_DERMIS_SIZE(BANDS_MOST) * sizeof *room.dermis);
+    room.dermis = calloc(AXIS_MOST, dermis_most * sizeof *room.dermis);
     TEST_ASSERT_NOT_NULL(room.dermis);
     make_dermises();
     room.source = (struct lattice_source){ &room.grid,   room.Cm,     room.Bm,     room.Ch,
