@@ -73,7 +73,7 @@ daemon  := $(BUILD)/skinspecd
 simhost := $(if $(wildcard tests/sim/mock/host.c),$(BUILD)/simhost)
 tables  := $(BUILD)/tables/table-two-layer.db $(BUILD)/tables/table-paper.db
 
-.PHONY: FORCE help all demo test test-new-driver test-fuzz test-faults faults-asan test-kill test-soak soak bench de2000 error-vs-time accuracy stability asan \
+.PHONY: FORCE help all demo test test-new-driver test-fuzz test-faults faults-asan test-kill test-soak soak bench bench-peers de2000 error-vs-time accuracy stability asan \
         cover lint format docs install clean need-build need-test need-fuzz need-faults need-stability need-lint
 .DELETE_ON_ERROR:
 # Kept, though only an implicit rule asks for them.  No others: a secondary object that is not there yet
@@ -81,7 +81,7 @@ tables  := $(BUILD)/tables/table-two-layer.db $(BUILD)/tables/table-paper.db
 .SECONDARY: $(call objects,$(tests_c) $(own_tests_c) $(fuzz_c) $(stability_c) $(bench_c) $(accuracy_c))
 
 help: ## this list
-	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
+	@sed -n 's/^\([a-z0-9-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
 
 all: $(program) $(daemon) $(lib_a) $(lib_so) ## the programs and the library
 
@@ -147,8 +147,11 @@ cover: need-cover ## coverage of optics, colour, match, db and drivers: 95 % of 
 	    --filter '$(CURDIR)/src/(optics|colour|match|json|station)/' --filter '$(CURDIR)/(db|drivers)/' --branches \
 	    --txt - --fail-under-branch 90
 
-bench: need-test all $(BUILD)/bench/load $(BUILD)/bench/drivers $(BUILD)/bench/planner $(simhost) $(tables) ## speed of the station, of inversion, of maps and of search, each figure beside its bar (3 minutes)
+bench: need-test all $(BUILD)/bench/load $(BUILD)/bench/drivers $(BUILD)/bench/planner $(simhost) $(tables) ## every figure of docs/performance.md beside its bar; BENCH='search map' for some (20 minutes)
 	@BUILD=$(BUILD) python3 -B tests/bench/run.py $(BENCH)
+
+bench-peers: need-test all $(BUILD)/bench/load $(simhost) $(tables) ## the figures that others are compared with, who are put into the build folder and by apt first
+	@BUILD=$(BUILD) python3 -B tests/bench/run.py --peers $(BENCH)
 
 $(BUILD)/bench/load: $(BUILD)/obj/tests/bench/load.o $(lib_a)
 	@mkdir -p $(@D)

@@ -8,11 +8,16 @@ import statistics
 import subprocess
 import time
 
-import services
+import machine
+import report
+from places import BUILD, DISK
+from report import heading, row
 
-PROGRAM = os.path.join(services.BUILD, "skinspec")
-TABLES = os.path.join(services.BUILD, "tables")
+PROGRAM = os.path.join(BUILD, "skinspec")
+TABLES = os.path.join(BUILD, "tables")
 NM = range(400, 701, 10)
+ROUNDS, ROWS, FITS = 5, 200000, 10000
+TWO_CORES = 1.8
 
 
 def _skin(dice):
@@ -79,3 +84,26 @@ def rates(path, rows, rounds, *options):
         }
         for threads, runs in found.items()
     }
+
+
+def show():
+    """A file through `skinspec match`, by one thread and by two in turns."""
+    folder = os.path.join(DISK, "batch")
+    os.makedirs(folder, exist_ok=True)
+    (table, lines), (few, _) = write(folder, ROWS), write(folder, FITS)
+    heading(f"match of a file, two threads in turns with one: median of {ROUNDS}")
+    for what, path, rows, options in (
+        ("CSV, nearest by spectrum", table, ROWS, ()),
+        ("CSV, nearest by lab", table, ROWS, ("--by", "lab")),
+        ("NDJSON, nearest by spectrum", lines, ROWS, ("--ndjson",)),
+        ("CSV, --refine", few, FITS, ("--refine",)),
+    ):
+        with machine.Others() as others:
+            rate = rates(path, rows, ROUNDS, *options)
+        one, two = rate[1], rate[2]
+        row(f"{what}: one, two", f"{one['per_s']:.0f} {two['per_s']:.0f} /s")
+        row("  of a core for each", f"{one['cpu_us']:.2f} {two['cpu_us']:.2f} us")
+        row("  memory at its highest", f"{max(one['mib'], two['mib']):.1f} MiB")
+        ratio = two["per_s"] / one["per_s"]
+        row("  two threads against one", f"{ratio:.2f}", f">= {TWO_CORES}", ratio >= TWO_CORES)
+        report.others(others.percent)

@@ -3,18 +3,25 @@
 import os
 import random
 import resource
+import statistics
 import subprocess
 import sys
+import tempfile
 import time
 
 _TESTS = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(_TESTS, "cli"))
 
 import cubes  # noqa: E402
+import machine  # noqa: E402
+import places  # noqa: E402
+import report  # noqa: E402
+from report import heading, row  # noqa: E402
 from support import BUILD, SKINSPEC, run  # noqa: E402
 
 RATE = os.path.join(BUILD, "bench", "map_rate")
 SIDE = 1000
+MAP_SHARE = 80
 NM = list(range(400, 701, 10))
 WHITE = 0.003
 LAYOUTS = [("bip", 4, 0), ("bil", 4, 1), ("bsq", 4, 0), ("bil", 12, 0), ("bip", 12, 1), ("bsq", 12, 0)]
@@ -81,3 +88,36 @@ def mapped(header, model, refine, out, *options):
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return wall, cpu
+
+
+def show():
+    """A cube of a million pixels to maps and pictures, beside the same fits in memory on as many
+    threads: in turns, the medians of places.ROUNDS, of wall clock and of CPU."""
+    places.program("map_rate")
+    cores = len(os.sched_getaffinity(0))
+    for model in ("half-space", "two-layer"):
+        with tempfile.TemporaryDirectory(prefix="skinspec-bench.", dir=places.MEMORY) as folder:
+            cubes = write(folder, model)
+            heading(f"a cube of 1000 x 1000 x 31 to maps of Cm, Bm, Ch, {model}, {cores} threads: "
+                    f"median of {places.ROUNDS}, seconds, and CPU seconds")  # fmt: skip
+            reference = cubes["bip", 4, 0]
+            took = {name: [] for name in ("in memory", *cubes)}
+            with machine.Others() as others:
+                for _ in range(places.ROUNDS):
+                    took["in memory"].append(in_memory(reference, model, "three", cores))
+                    for layout, cube in cubes.items():
+                        took[layout].append(mapped(cube, model, "three", folder + "/out"))
+            wall, cpu = (
+                {name: statistics.median(x[i] for x in took[name]) for name in took} for i in (0, 1)
+            )
+            row("in memory", f"{wall['in memory']:.2f} {cpu['in memory']:.2f}")
+            for (interleave, kind, order), _ in cubes.items():
+                layout = interleave, kind, order
+                name = f"{interleave}, {'float32' if kind == 4 else 'uint16'}, byte order {order}"
+                row(name, f"{wall[layout]:.2f} {cpu[layout]:.2f}")
+            slowest = max(cubes, key=lambda layout: wall[layout])
+            share = 100 * wall["in memory"] / wall[slowest]
+            row("rate of the slowest, of that in memory", f"{share:.0f} %", f">= {MAP_SHARE} %",
+                share >= MAP_SHARE)  # fmt: skip
+            row("the same by CPU", f"{100 * cpu['in memory'] / max(cpu[x] for x in cubes):.0f} %")
+            report.others(others.percent)

@@ -186,12 +186,8 @@ class Redis(_Other):
 
 
 def can_run_baseline():
-    """What it stands on is put into an environment of its own, once."""
-    return environment.python_with(uvloop="uvloop", orjson="orjson") is not None
+    return environment.python_with("uvloop", "orjson") is not None
 
 
 def can_run_redis():
-    if shutil.which("redis-server") and shutil.which("redis-benchmark"):
-        return True
-    print("bench: no redis: apt-get install redis-server redis-tools")
-    return False
+    return environment.has("redis")

@@ -6,7 +6,7 @@
  * maker tables --threads MODEL ROWS       seconds of all rows on one thread and on two, by turns
  *   tables --file FILE MODEL ROWS     seconds to build and to read a file of about so many rows
  *
- * tests/bench/run.py calls it beside its peers and holds what it says against the bars. */
+ * tests/bench/tables.py calls it beside its peers and holds what it says against the bars. */
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
 #include <stdio.h>

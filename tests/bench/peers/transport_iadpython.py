@@ -1,6 +1,6 @@
 """transport_iadpython.py - one wavelength with 8 streams by iadpython (S. Prahl's adding-doubling): an
 endless layer under a surface, which is less than the two layers of a skin.  Prints microseconds, the
-median of many.  Run by tests/bench/run_peers.py in its own environment."""
+median of many.  Run by tests/bench/transport.py."""
 
 import statistics
 import time
