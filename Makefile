@@ -198,6 +198,10 @@ $(BUILD)/bench/few: $(call objects,tests/bench/few.c tests/support/skin_queries.
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
 
+$(BUILD)/bench/growth: $(call objects,tests/bench/growth.c tests/support/skin_queries.c) $(lib_a)
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
+
 $(BUILD)/bench/tables: $(BUILD)/obj/tests/bench/tables.o $(db_o) $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm

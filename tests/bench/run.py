@@ -20,6 +20,7 @@ import clients  # noqa: E402
 import de2000  # noqa: E402
 import drivers  # noqa: E402
 import environment  # noqa: E402
+import growth  # noqa: E402
 import inversion  # noqa: E402
 import latency  # noqa: E402
 import machine  # noqa: E402
@@ -47,6 +48,7 @@ SECTIONS = {
     "search": search,
     "de2000": de2000,
     "tables": tables,
+    "growth": growth,
 }
 WITH_PEERS = ["search", "tables", "inversion", "transport", "throughput"]
 
