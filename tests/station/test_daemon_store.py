@@ -60,6 +60,10 @@ class Base(Case):
 
     @staticmethod
     def measured(c):
+        def is_open():
+            return c.call("instrument.list")["instruments"][0]["state"] != "opening"
+
+        wait_for("the instrument is open", is_open)
         lease = c.acquire(wait=True)["lease"]
         c.calibrate(lease)
         return c.measure(lease)
