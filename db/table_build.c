@@ -20,7 +20,7 @@
 #include "db/table_schema.h"
 #include "match/table_maker.h"
 
-enum { CHUNK_ROWS = 8192, PIECE_ROWS = 256 };
+enum { CHUNK_ROWS = 8192, PIECE_ROWS = 1024 };
 
 /* One thread has the connection: its mutexes would be a quarter of the work. */
 #define OPEN_FLAGS (SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX)

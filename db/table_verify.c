@@ -10,6 +10,7 @@
 #include "db/table_file.h"
 #include "db/table_hash.h"
 #include "db/table_schema.h"
+#include "match/table_maker.h"
 
 enum { CHUNK_ROWS = 8192 };
 
@@ -78,18 +79,22 @@ static enum status compare(const struct table *stored, unsigned threads,
                            const struct progress *progress, struct comparison *c)
 {
     struct table made = { 0 };
+    struct table_maker *maker = NULL;
     size_t capacity = stored->n < CHUNK_ROWS ? stored->n : CHUNK_ROWS;
     enum status s = table_init(&stored->recipe, capacity, &made);
+    if (s == STATUS_OK)
+        s = table_maker_open(&stored->recipe, threads, &maker);
     for (size_t first = 0; first < stored->n && s == STATUS_OK; first += capacity) {
         size_t count = stored->n - first < capacity ? stored->n - first : capacity;
         if (!progress_go_on(progress, first, stored->n)) {
             s = STATUS_CANCELLED;
             break;
         }
-        s = table_compute(&made, first, count, threads);
+        s = table_maker_rows(maker, first, count, &made);
         for (size_t i = 0; i < count && s == STATUS_OK; i++)
             compare_row(stored, first + i, &made, i, c);
     }
+    table_maker_close(maker);
     table_done(&made);
     if (s == STATUS_OK && !progress_go_on(progress, stored->n, stored->n))
         s = STATUS_CANCELLED;

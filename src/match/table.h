@@ -47,7 +47,7 @@ const float *table_spectrum(const struct table *table, size_t row);
 
 /* Rows first .. first+count-1 of the recipe computed into rows 0 .. count-1 of the
  * table, count <= table->n, on at most `threads` threads; the same for any number
- * of them.  A piece of a large table at a time, or all of a small one. */
+ * of them.  For one piece after the other match/table_maker.h is opened but once. */
 enum status table_compute(struct table *table, size_t first, size_t count, unsigned threads);
 
 #endif

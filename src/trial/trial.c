@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "match/table_maker.h"
 #include "trial/front.h"
 #include "trial/timing.h"
 
@@ -152,13 +153,16 @@ static enum status make_table(struct run *r, struct trial_table *t)
     if (s != STATUS_OK)
         return s;
     t->bytes = trial_bytes_in_use() - before;
+    struct table_maker *maker = NULL;
+    s = table_maker_open(&recipe, r->options->threads, &maker);
     for (size_t first = 0; first < t->rows && s == STATUS_OK; first += BLOCK) {
         struct table part = part_of(&t->table, first);
         size_t n = t->rows - first < BLOCK ? t->rows - first : BLOCK;
-        s = table_compute(&part, first, n, r->options->threads);
+        s = table_maker_rows(maker, first, n, &part);
         if (s == STATUS_OK)
             s = done(r, about_table(r, t) * (double)n / (double)t->rows);
     }
+    table_maker_close(maker);
     return s;
 }
 

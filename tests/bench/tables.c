@@ -3,7 +3,8 @@
  *
  *   tables --columns MODEL            what peers compute rows from, as a line of JSON
  *   tables --rows MODEL               ns of CPU a row on one thread: by vectors, by the plain row
- * maker tables --threads MODEL ROWS       seconds of all rows on one thread and on two, by turns
+ *                                     maker; and of opening, which is once for a table
+ *   tables --threads MODEL ROWS       seconds of all rows on one thread and on two, by turns
  *   tables --file FILE MODEL ROWS     seconds to build and to read a file of about so many rows
  *
  * tests/bench/tables.py calls it beside its peers and holds what it says against the bars. */
@@ -161,6 +162,20 @@ static double plain_s(struct row_maker *maker, struct table *t, size_t first, si
     return cpu_s() - begun;
 }
 
+/* CPU of opening and closing; opening is once for all rows of a table. */
+static double opening_s(const struct recipe *recipe)
+{
+    double took[ROUNDS];
+    for (size_t round = 0; round < ROUNDS; round++) {
+        struct table_maker *maker;
+        double begun = cpu_s();
+        must(table_maker_open(recipe, 1, &maker), "table maker");
+        table_maker_close(maker);
+        took[round] = cpu_s() - begun;
+    }
+    return median(took, ROUNDS);
+}
+
 /* Chunks of a large table, as a file is built: into memory that stays in the cache.  Without the
  * spectra as well, as numpy does it. */
 static int time_rows(const char *name)
@@ -185,8 +200,10 @@ static int time_rows(const char *name)
         ns[0][round] = 1e9 / CHUNK * (between - begun);
         ns[2][round] = 1e9 / PLAIN * plain_s(plain, &whole, first, PLAIN);
     }
-    printf("{\"vectors\": %.2f, \"without_spectra\": %.2f, \"plain\": %.2f, \"bands\": %zu}\n",
+    printf("{\"vectors\": %.2f, \"without_spectra\": %.2f, \"plain\": %.2f, \"bands\": %zu, ",
            median(ns[0], ROUNDS), median(ns[1], ROUNDS), median(ns[2], ROUNDS), recipe.bands);
+    printf("\"rows\": %zu, \"opening_us\": %.1f}\n", grid_rows(&recipe.grid),
+           1e6 * opening_s(&recipe));
     row_maker_close(plain);
     table_maker_close(maker);
     table_done(&whole);
