@@ -13,7 +13,7 @@ enum {
     LANES = VECTORS_LANES,
     ALIGNMENT = 64,
     AXIS_SHARE = 256, /* at least so many rows for a value of an axis */
-    LOOKED_AT = 3,    /* values of the other axes: the ends and the middle */
+    LOOKED_AT = 4,    /* values of the other axes: the ends and some between */
     COMBINATIONS = LOOKED_AT * LOOKED_AT,
     SAMPLE_BANDS = 48,  /* at most: spectra are smooth on finer grids */
     COMPARED = 8,       /* epidermises */
@@ -204,7 +204,7 @@ void lattice_xyz(const struct lattice *l, struct lattice_sums *sums, struct grid
 /* ---- samples of an axis --------------------------------------------------------------- */
 
 /* The samples of one combination of the other two axes, which is number `which`: every band where
- * it is the first, of the others every third, beginning elsewhere. */
+ * it is the first, of the others every fourth, beginning elsewhere. */
 struct taking {
     double *F;
     size_t value, stride; /* of the axis */
@@ -215,15 +215,16 @@ static size_t take_samples(const struct opening *o, const struct taking *to, siz
                            const double *R)
 {
     size_t step = (o->bands + SAMPLE_BANDS - 1) / SAMPLE_BANDS, at = to->samples;
-    for (size_t band = which % 3 * step; band < o->bands; band += which == 0 ? step : 3 * step)
+    for (size_t band = which % 4 * step; band < o->bands; band += which == 0 ? step : 4 * step)
         to->F[at++ * to->stride + to->value] = R[band];
     return at;
 }
 
-/* The ends and the middle of an axis. */
+/* The ends of an axis and values between, more of them where R changes most. */
 static size_t looked_at(const struct opening *o, enum along along, size_t which)
 {
-    return which * (o->n[along] - 1) / (LOOKED_AT - 1);
+    static const size_t eighths[LOOKED_AT] = { 0, 1, 4, 8 };
+    return eighths[which] * (o->n[along] - 1) / 8;
 }
 
 static bool epidermis_at(const struct opening *o, size_t Cm, size_t Bm)
@@ -372,14 +373,15 @@ static bool agrees(const struct opening *o, struct lattice_sums *sums, struct gr
     return true;
 }
 
-/* The middle of one of the parts into which as many epidermises as are compared divide an axis. */
-static size_t middle(size_t n, size_t part)
+/* Place `part` of as many as are compared: spread over an axis, and closer together where R changes
+ * most, with the value next to the first. */
+static size_t compared_at(size_t n, size_t part)
 {
-    const size_t halves = 2 * (size_t)COMPARED;
-    return (2 * part + 1) * n / halves;
+    const size_t odd = 2 * part + 1, whole = 4 * (size_t)COMPARED * COMPARED;
+    return n < 2 ? 0 : 1 + (n - 2) * odd * odd / whole;
 }
 
-/* Spread over all three axes, where there are fewest nodes as much as elsewhere. */
+/* In another order along each axis. */
 static enum status compare(const struct opening *o)
 {
     struct colours *room = calloc(2, sizeof *room);
@@ -387,8 +389,8 @@ static enum status compare(const struct opening *o)
     enum status s = room != NULL ? lattice_sums_open(o->l, &sums) : STATUS_NO_MEMORY;
     for (size_t k = 0; k < COMPARED && s == STATUS_OK; k++) {
         size_t rest = o->n[ALONG_CH] > COMPARED_ROWS ? o->n[ALONG_CH] - COMPARED_ROWS : 0;
-        struct grid_place place = { middle(o->n[ALONG_CM], k),
-                                    middle(o->n[ALONG_BM], k * 3 % COMPARED),
+        struct grid_place place = { compared_at(o->n[ALONG_CM], k),
+                                    compared_at(o->n[ALONG_BM], k * 3 % COMPARED),
                                     (k * 5 % COMPARED) * rest / (COMPARED - 1) };
         if (!agrees(o, sums, place, room))
             s = STATUS_UNSUPPORTED;

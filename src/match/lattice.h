@@ -31,7 +31,7 @@ struct lattice_source {
  * has no skeleton, or a compared colour is further off than LATTICE_TOLERANCE (of L*, a*, b*;
  * linear sRGB a hundredth of it). */
 #define LATTICE_ROWS_MIN 32768u
-#define LATTICE_TOLERANCE 2e-11
+#define LATTICE_TOLERANCE 1e-11
 enum status lattice_open(const struct lattice_source *source, struct lattice **ret);
 void lattice_close(struct lattice *l); /* takes NULL */
 
