@@ -202,6 +202,10 @@ $(BUILD)/bench/growth: $(call objects,tests/bench/growth.c tests/support/skin_qu
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ -lm
 
+$(BUILD)/bench/match: $(call objects,tests/match/bench.c tests/support/figures.c) $(db_o) $(lib_a)
+	@mkdir -p $(@D)
+	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm
+
 $(BUILD)/bench/tables: $(BUILD)/obj/tests/bench/tables.o $(db_o) $(lib_a)
 	@mkdir -p $(@D)
 	@$(CC) $(ALL_CFLAGS) $^ -o $@ $(PKG_LIBS) -lm

@@ -68,7 +68,7 @@ static void tell(const char *what, size_t n, double took[ROUNDS])
     fflush(stdout);
 }
 
-/* ---- rows of a table --------------------------------------------------------------------- */
+/* ---- rows of a table ---------------------------------------------------------------- */
 
 enum { SEARCHES = 5000, WAYS = 3, SORTS = 2 };
 static const enum match_by way[WAYS] = { MATCH_LAB, MATCH_SPECTRUM, MATCH_DE2000 };
@@ -148,7 +148,7 @@ static int grow_rows(size_t most)
     return 0;
 }
 
-/* ---- skins and their spectra ---------------------------------------------------------------- */
+/* ---- skins and their spectra -------------------------------------------------------- */
 
 static struct tissue chance_skin(struct dice *dice)
 {
@@ -216,7 +216,7 @@ static struct answers answers_for(size_t n)
     return a;
 }
 
-/* ---- bands ---------------------------------------------------------------------------------- */
+/* ---- bands -------------------------------------------------------------------------- */
 
 enum { BAND_SKINS = 64, BAND_FITS = 512, BAND_MODELS = 3, BAND_WORKS = BAND_MODELS + 3 };
 static const char *const band_model[BAND_MODELS] = { "half-space", "two-layer", "transport-8" };
@@ -336,7 +336,7 @@ static int grow_bands(void)
     return 0;
 }
 
-/* ---- spectra -------------------------------------------------------------------------------- */
+/* ---- spectra ------------------------------------------------------------------------ */
 
 static const struct grid_of_bands usual = { 10, 31 };
 
@@ -382,7 +382,7 @@ static int grow_spectra(size_t most)
     return 0;
 }
 
-/* ---- cores ---------------------------------------------------------------------------------- */
+/* ---- cores -------------------------------------------------------------------------- */
 
 struct cores_task {
     struct refine_many *many;

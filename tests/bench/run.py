@@ -25,6 +25,7 @@ import inversion  # noqa: E402
 import latency  # noqa: E402
 import machine  # noqa: E402
 import maps  # noqa: E402
+import match  # noqa: E402
 import planner  # noqa: E402
 import search  # noqa: E402
 import start  # noqa: E402
@@ -45,6 +46,7 @@ SECTIONS = {
     "transport": transport,
     "planner": planner,
     "map": maps,
+    "match": match,
     "search": search,
     "de2000": de2000,
     "tables": tables,

@@ -93,7 +93,7 @@ def show():
         for rows in (1e4, 1e5, 1e6, 1e7):
             took = said_by(program, "--threads", "two-layer", str(rows))
             row(f"{took['rows']} rows", f"{took['two_s']:.4f} {1e9 * took['two_s'] / took['rows']:.0f}")
-        heading(f"files with spectra of 31 bands on {machine.disk(places.DISK)}; ns a row: CPU, and as time passes")
+        heading(f"files of 31 bands on {machine.disk(places.DISK)}; ns a row: CPU, and as time passes")
         for rows in (1e4, 1e5, 1e6):
             show_file(program, os.path.join(places.DISK, "table-bench.db"), str(rows))
     report.others(others.percent)
