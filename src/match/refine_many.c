@@ -4,8 +4,10 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/parallel.h"
+#include "base/vectors.h"
 #include "match/chi_square.h"
 #include "match/refine_lanes.h"
 
@@ -24,8 +26,15 @@ struct refine_many {
     bool by_lanes;
     struct refine_lanes lanes;
     struct fit fit;
+    double half_range[LANES_PARAMETERS];      /* of each, on its scale */
     double chi_square_least, chi_square_most; /* beyond them chance is not to blame */
 };
+
+/* An amount is judged by its root, as in match/refine.c. */
+static double on_scale(size_t i, double x)
+{
+    return i == SKIN_CM || i == SKIN_CH ? sqrt(x) : x;
+}
 
 /* The first chi^2 so large that what chi_square_above() says is below p. */
 static double chi_square_beyond(double p, size_t degrees)
@@ -57,6 +66,8 @@ static enum status prepare(struct refine_many *m)
     if (s == STATUS_NO_MEMORY)
         return s;
     m->by_lanes = s == STATUS_OK;
+    for (size_t i = 0; i < LANES_PARAMETERS; i++)
+        m->half_range[i] = 0.5 * (on_scale(i, m->fit.role[i].hi) - on_scale(i, m->fit.role[i].lo));
     size_t degrees = m->bands - LANES_PARAMETERS;
     m->chi_square_least = INFINITY;
     if (m->by_lanes && degrees > 0) {
@@ -108,6 +119,7 @@ void refine_many_close(struct refine_many *many)
 struct job {
     const struct refine_many *many;
     const struct refine_rows *rows;
+    size_t band_stride; /* never 0 */
     const struct refine_answers *ret;
 };
 
@@ -150,7 +162,7 @@ static void run_one(const struct job *job, size_t i)
     struct refined r;
     double sum = 0.0;
     for (size_t k = 0; k < m->bands; k++) {
-        size_t at = i * job->rows->stride + k;
+        size_t at = i * job->rows->stride + k * job->band_stride;
         s.value[k] = job->rows->R != NULL ? job->rows->R[at] : (double)job->rows->R_float[at];
         sum += s.value[k];
     }
@@ -162,35 +174,59 @@ static void run_one(const struct job *job, size_t i)
 
 /* ---- by lanes -------------------------------------------------------------------------- */
 
-/* An amount is judged by its root, as in match/refine.c. */
-static double on_scale(size_t i, double x)
+/* Whether the interval of an amount takes up half of its range or more. */
+static bool undetermined(const struct refine_many *m, const struct lanes_answer *a, size_t i,
+                         size_t l)
 {
-    return i == SKIN_CM || i == SKIN_CH ? sqrt(x) : x;
+    const struct skin_role *role = &m->fit.role[i];
+    double half = Z_95 * a->se[i][l];
+    double lo = fmax(a->value[i][l] - half, role->lo), hi = fmin(a->value[i][l] + half, role->hi);
+    return on_scale(i, hi) - on_scale(i, lo) >= m->half_range[i];
 }
 
-static uint32_t flags_of(const struct refine_many *m, const struct lanes_answer *a, size_t l)
+/* One after the other, whole groups of lanes.  Roots are no farther apart than the root of the
+ * difference, so that hardly an amount's interval need be looked at on its own scale. */
+static void add_flags_of_parameter(const struct refine_many *m, const struct lanes_answer *a,
+                                   size_t i, size_t n, uint32_t *flags)
 {
-    uint32_t flags = 0;
-    for (size_t i = 0; i < LANES_PARAMETERS; i++) {
-        const struct skin_role *role = &m->fit.role[i];
-        double value = a->value[i][l], half = Z_95 * a->se[i][l];
-        double lo = fmax(value - half, role->lo), hi = fmin(value + half, role->hi);
-        double range = on_scale(i, role->hi) - on_scale(i, role->lo);
-        if (value == role->lo || value == role->hi)
-            flags |= (uint32_t)REFINE_AT_BOUND << i;
-        if (on_scale(i, hi) - on_scale(i, lo) >= 0.5 * range)
-            flags |= (uint32_t)REFINE_UNDETERMINED << i;
+    const uint32_t at_bound = (uint32_t)REFINE_AT_BOUND << i;
+    const uint32_t unknown = (uint32_t)REFINE_UNDETERMINED << i;
+    const double lo = m->fit.role[i].lo, hi = m->fit.role[i].hi, range = m->half_range[i];
+    const double wide = i == SKIN_BM ? range : 0.999 * range * range;
+    for (size_t g = 0; g < n; g += LANES) {
+        VECTORS_LOOP
+        for (size_t l = g; l < g + LANES; l++) {
+            double value = a->value[i][l], half = Z_95 * a->se[i][l];
+            double from = value - half > lo ? value - half : lo;
+            double to = value + half < hi ? value + half : hi;
+            flags[l] |= (value == lo) | (value == hi) ? at_bound : 0;
+            flags[l] |= to - from >= wide ? unknown : 0;
+        }
     }
-    if (m->bands == LANES_PARAMETERS) /* nothing can be said */
-        return flags;
-    if (a->chi_square[l] >= m->chi_square_most)
-        flags |= REFINE_RESIDUAL_TOO_LARGE;
-    if (a->chi_square[l] < m->chi_square_least)
-        flags |= REFINE_RESIDUAL_TOO_SMALL;
-    return flags;
+    for (size_t l = 0; l < n && i != SKIN_BM; l++)
+        if ((flags[l] & unknown) != 0 && a->state[l] == LANES_FITTED && !undetermined(m, a, i, l))
+            flags[l] &= ~unknown;
 }
 
-static void answer_lane(const struct job *job, size_t i, const struct lanes_answer *a, size_t l)
+/* Of n lanes; what is told of those that are not fitted does not matter. */
+static void find_flags(const struct refine_many *m, const struct lanes_answer *a, size_t n,
+                       uint32_t flags[LANES_MOST])
+{
+    memset(flags, 0, LANES_MOST * sizeof *flags);
+    for (size_t i = 0; i < LANES_PARAMETERS; i++)
+        add_flags_of_parameter(m, a, i, n, flags);
+    if (m->bands == LANES_PARAMETERS) /* nothing can be said */
+        return;
+    for (size_t l = 0; l < n; l++) {
+        flags[l] |=
+            a->chi_square[l] >= m->chi_square_most ? (uint32_t)REFINE_RESIDUAL_TOO_LARGE : 0;
+        flags[l] |=
+            a->chi_square[l] < m->chi_square_least ? (uint32_t)REFINE_RESIDUAL_TOO_SMALL : 0;
+    }
+}
+
+static void answer_lane(const struct job *job, size_t i, const struct lanes_answer *a, size_t l,
+                        uint32_t flags)
 {
     const struct refine_answers *ret = job->ret;
     for (size_t p = 0; p < SKIN_PARAMETERS; p++) {
@@ -201,11 +237,55 @@ static void answer_lane(const struct job *job, size_t i, const struct lanes_answ
     put(ret->chi_square, i, a->chi_square[l]);
     put(ret->rms, i, a->rms[l]);
     if (ret->flags != NULL)
-        ret->flags[i] = flags_of(job->many, a, l);
+        ret->flags[i] = flags;
 }
 
-/* Rows from..from+n into lanes. */
-static void lay_out(const struct job *job, size_t from, size_t n, double *R)
+static void copy_or_fill(double *array, size_t i, size_t n, const double *from, double all)
+{
+    if (array != NULL && from != NULL)
+        memcpy(array + i, from, n * sizeof *from);
+    for (size_t l = 0; l < n && array != NULL && from == NULL; l++)
+        array[i + l] = all;
+}
+
+/* Rows i..i+n, all of which are fitted. */
+static void answer_lanes(const struct job *job, size_t i, size_t n, const struct lanes_answer *a,
+                         const uint32_t *flags)
+{
+    const struct refine_answers *ret = job->ret;
+    for (size_t p = 0; p < SKIN_PARAMETERS; p++) {
+        bool lane = p < LANES_PARAMETERS;
+        copy_or_fill(ret->value[p], i, n, lane ? a->value[p] : NULL, job->many->fit.role[p].value);
+        copy_or_fill(ret->se[p], i, n, lane ? a->se[p] : NULL, 0.0);
+    }
+    copy_or_fill(ret->chi_square, i, n, a->chi_square, NAN);
+    copy_or_fill(ret->rms, i, n, a->rms, NAN);
+    if (ret->flags != NULL)
+        memcpy(ret->flags + i, flags, n * sizeof *flags);
+}
+
+/* Rows from..from+n, neighbours in each band, into lanes. */
+static void lay_out_bands(const struct job *job, size_t from, size_t n, double *R)
+{
+    size_t bands = job->many->bands;
+    for (size_t k = 0; k < bands; k++) {
+        size_t at = k * job->band_stride + from;
+        for (size_t g = 0; g < n / LANES; g++) {
+            double *restrict to = R + (g * bands + k) * LANES;
+            if (job->rows->R != NULL)
+                memcpy(to, job->rows->R + at + g * LANES, LANES * sizeof *to);
+            else
+                for (size_t l = 0; l < LANES; l++)
+                    to[l] = (double)job->rows->R_float[at + g * LANES + l];
+        }
+        for (size_t l = n / LANES * LANES; l < n; l++)
+            R[(l / LANES * bands + k) * LANES + l % LANES] =
+                job->rows->R != NULL ? job->rows->R[at + l] : (double)job->rows->R_float[at + l];
+    }
+}
+
+/* Rows from..from+n, each by itself. */
+static void lay_out_rows(const struct job *job, size_t from, size_t n, double *R)
 {
     size_t bands = job->many->bands, stride = job->rows->stride;
     for (size_t l = 0; l < n; l++) {
@@ -217,6 +297,15 @@ static void lay_out(const struct job *job, size_t from, size_t n, double *R)
             for (size_t k = 0; k < bands; k++)
                 at[k * LANES] = (double)job->rows->R_float[(from + l) * stride + k];
     }
+}
+
+static void lay_out(const struct job *job, size_t from, size_t n, double *R)
+{
+    size_t bands = job->many->bands;
+    if (job->band_stride == 1)
+        lay_out_rows(job, from, n, R);
+    else
+        lay_out_bands(job, from, n, R);
     for (size_t l = n; l % LANES != 0; l++) /* the rest of the last group: any spectrum */
         for (size_t k = 0; k < bands; k++)
             R[l / LANES * bands * LANES + l % LANES + k * LANES] = 0.3;
@@ -232,9 +321,16 @@ static void run_lanes(const struct job *job, size_t from, size_t to)
         size_t n = to - i < most ? to - i : most;
         lay_out(job, i, n, R);
         refine_lanes_run(&job->many->lanes, R, n, &a);
+        uint32_t flags[LANES_MOST];
+        size_t fitted = 0;
+        find_flags(job->many, &a, n, flags);
         for (size_t l = 0; l < n; l++)
+            fitted += a.state[l] == LANES_FITTED ? 1 : 0;
+        if (fitted == n)
+            answer_lanes(job, i, n, &a, flags);
+        for (size_t l = 0; l < n && fitted < n; l++)
             if (a.state[l] == LANES_FITTED)
-                answer_lane(job, i + l, &a, l);
+                answer_lane(job, i + l, &a, l, flags[l]);
             else if (a.state[l] == LANES_REFUSED)
                 answer_refused(job->ret, i + l);
             else
@@ -260,8 +356,10 @@ static enum status run_piece(size_t piece, unsigned worker, void *context)
 enum status refine_many_run(const struct refine_many *many, const struct refine_rows *rows,
                             unsigned threads, const struct refine_answers *ret)
 {
-    struct job job = { many, rows, ret };
-    if (rows->stride < many->bands || (rows->R == NULL) == (rows->R_float == NULL))
+    struct job job = { many, rows, rows->band_stride > 0 ? rows->band_stride : 1, ret };
+    bool together = job.band_stride == 1 && rows->stride >= many->bands;
+    bool by_band = job.band_stride > 1 && job.band_stride >= rows->n && rows->stride == 1;
+    if ((!together && !by_band) || (rows->R == NULL) == (rows->R_float == NULL))
         return STATUS_RANGE;
     return parallel_run((rows->n + PIECE - 1) / PIECE, threads, run_piece, &job);
 }

@@ -29,11 +29,13 @@ enum refine_many_flag {
     REFINE_MANY_REFUSED = 1 << 25,
 };
 
-/* Rows of values on the band grid, SCE, row i from R + i * stride; stride >= bands. */
+/* Rows of values on the band grid, SCE: band k of row i at R[i * stride + k * band_stride].  Either
+ * the bands of a row lie together (stride >= bands, band_stride 1 or 0, which stands for 1), or
+ * the rows of a band do (stride 1, band_stride >= n), which takes less time. */
 struct refine_rows {
     const float *R_float; /* one of the two, the other NULL */
     const double *R;
-    size_t stride, n;
+    size_t stride, n, band_stride;
 };
 
 /* Arrays of n, one element a row; those that are NULL are not wanted, and not computed where that
@@ -52,7 +54,7 @@ enum status refine_many_open(const struct fit *fit, double first_nm, double step
 void refine_many_close(struct refine_many *many); /* takes NULL */
 
 /* All rows, on so many threads (1: the caller's own).  The same refine_many serves many callers at
- * a time. STATUS_RANGE: stride below the bands, both or none of the rows' pointers. */
+ * a time. STATUS_RANGE: other strides than those, both or none of the rows' pointers. */
 enum status refine_many_run(const struct refine_many *many, const struct refine_rows *rows,
                             unsigned threads, const struct refine_answers *ret);
 

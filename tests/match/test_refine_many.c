@@ -127,6 +127,20 @@ static struct refine_rows rows_of(size_t n)
     return (struct refine_rows){ .R = R[0], .stride = BANDS, .n = n };
 }
 
+/* Bands apart, rows together. */
+static double by_band[BANDS][SKINS];
+static float by_band_float[BANDS][SKINS];
+
+static void turn(size_t n)
+{
+    for (size_t k = 0; k < n; k++) {
+        for (size_t i = 0; i < BANDS; i++) {
+            by_band[i][k] = R[k][i];
+            by_band_float[i][k] = R_float[k][i];
+        }
+    }
+}
+
 static struct refine_rows rows_of_float(size_t n)
 {
     return (struct refine_rows){ .R_float = R_float[0], .stride = BANDS + 5, .n = n };
@@ -387,6 +401,17 @@ static void test_the_same_bits_however_rows_are_handed_over(void)
         run(many, &rows, 1, again);
         for (size_t k = 0; k < N; k++)
             assert_same(&all[k], &again[k], "float");
+        turn(N);
+        struct refine_rows bands = { .R = by_band[0], .stride = 1, .band_stride = SKINS, .n = N };
+        run(many, &bands, 2, again);
+        for (size_t k = 0; k < N; k++)
+            assert_same(&all[k], &again[k], "by band");
+        bands.R = NULL;
+        bands.R_float = by_band_float[0] + 5; /* and not aligned */
+        bands.n = N - 5;
+        run(many, &bands, 1, again);
+        for (size_t k = 0; k < bands.n; k++)
+            assert_same(&all[k + 5], &again[k], "by band, float");
         refine_many_close(many);
     }
 }
@@ -541,7 +566,14 @@ static void test_bad_arguments_are_refused(void)
     rows.R = NULL;
     rows.stride = BANDS - 1;
     TEST_ASSERT_EQUAL_INT(STATUS_RANGE, refine_many_run(many, &rows, 1, &nothing));
+    rows.stride = 1;
+    rows.band_stride = 1; /* two rows are in the way of each other */
+    TEST_ASSERT_EQUAL_INT(STATUS_RANGE, refine_many_run(many, &rows, 1, &nothing));
+    rows.stride = 2;
+    rows.band_stride = 4;
+    TEST_ASSERT_EQUAL_INT(STATUS_RANGE, refine_many_run(many, &rows, 1, &nothing));
     rows.stride = BANDS;
+    rows.band_stride = 0;
     rows.n = 0;
     TEST_ASSERT_EQUAL_INT(STATUS_OK, refine_many_run(many, &rows, 1, &nothing));
     refine_many_close(many);
