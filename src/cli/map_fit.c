@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/vectors.h"
 #include "match/refine_many.h"
 
 /* Name and meaning of a map's band. */
@@ -16,6 +17,7 @@ struct map_fit {
     struct map_fit_options options;
     struct noise noise;
     struct refine_many *many;
+    enum vectors vectors;
     size_t parameters; /* that are free */
     enum skin_parameter parameter[SKIN_PARAMETERS];
     char name[MAP_BANDS_MAX][NAME_SIZE], meaning[MAP_BANDS_MAX][MEANING_SIZE];
@@ -23,8 +25,7 @@ struct map_fit {
 
 struct map_scratch {
     size_t pixels;
-    float *banded;    /* [grid n][pixels] */
-    float *spectra;   /* [pixels][grid n], of those to fit */
+    float *banded;    /* [grid n][pixels]; NULL where the bands are the grid */
     uint32_t *masked; /* [pixels] */
     size_t *which;    /* [pixels]: which pixel a fitted spectrum is */
     double *answers;  /* [bands less the flags][pixels] */
@@ -89,6 +90,7 @@ enum status map_fit_open(const struct map_fit_options *options, const struct ban
         return STATUS_NO_MEMORY;
     f->grid = grid;
     f->options = *options;
+    f->vectors = vectors_best();
     if (!isnan(options->epidermis_mm)) {
         recipe.epidermis_mm = options->epidermis_mm;
         wish.fix[SKIN_EPIDERMIS_MM] = options->epidermis_mm;
@@ -146,13 +148,13 @@ enum status map_scratch_open(const struct map_fit *f, size_t pixels, struct map_
     if (s == NULL)
         return STATUS_NO_MEMORY;
     s->pixels = pixels;
-    s->banded = malloc(f->grid->n * pixels * sizeof *s->banded);
-    s->spectra = malloc(f->grid->n * pixels * sizeof *s->spectra);
+    if (!f->grid->as_is)
+        s->banded = malloc(f->grid->n * pixels * sizeof *s->banded);
     s->masked = malloc(pixels * sizeof *s->masked);
     s->which = malloc(pixels * sizeof *s->which);
     s->answers = malloc((map_fit_bands(f) - 1) * pixels * sizeof *s->answers);
     s->flags = malloc(pixels * sizeof *s->flags);
-    if (s->banded == NULL || s->spectra == NULL || s->masked == NULL || s->which == NULL ||
+    if ((s->banded == NULL && !f->grid->as_is) || s->masked == NULL || s->which == NULL ||
         s->answers == NULL || s->flags == NULL) {
         map_scratch_close(s);
         return STATUS_NO_MEMORY;
@@ -166,7 +168,6 @@ void map_scratch_close(struct map_scratch *s)
     if (s == NULL)
         return;
     free(s->banded);
-    free(s->spectra);
     free(s->masked);
     free(s->which);
     free(s->answers);
@@ -174,25 +175,31 @@ void map_scratch_close(struct map_scratch *s)
     free(s);
 }
 
-/* Values as they stand in the file. */
-static void judge_values(const struct map_fit *f, const float *used, size_t n, size_t row,
-                         uint32_t *masked)
+/* Values of a group as they stand in the file. */
+VECTORS_INLINE void judge_values(const struct map_fit *f, const float *used, size_t row,
+                                 uint32_t *restrict masked)
 {
-    float ignore = (float)f->options.ignore;
-    memset(masked, 0, n * sizeof *masked);
+    bool has_ignore = f->options.has_ignore;
+    float ignore = has_ignore ? (float)f->options.ignore : 0.0f;
     for (size_t b = 0; b < f->grid->used; b++) {
         const float *value = used + b * row;
-        for (size_t x = 0; x < n; x++) /* neither NaN nor an infinity less itself is 0 */
+        VECTORS_LOOP
+        for (size_t x = 0; x < MAP_FIT_GROUP;
+             x++) /* neither NaN nor an infinity less itself is 0 */
             masked[x] |= value[x] - value[x] == 0.0f ? 0u : (uint32_t)MAP_NOT_A_NUMBER;
-        for (size_t x = 0; x < n && f->options.has_ignore; x++)
+        if (!has_ignore)
+            continue;
+        VECTORS_LOOP
+        for (size_t x = 0; x < MAP_FIT_GROUP; x++)
             masked[x] |= value[x] == ignore ? (uint32_t)MAP_IGNORED : 0u;
     }
 }
 
-/* Reflectances on the grid, the surface still in them; then it is taken off, and what is below 0
- * by so little that noise explains it becomes 0, as in base/spectrum.h. */
-static void judge_reflectances(const struct map_fit *f, float *banded, size_t n, size_t row,
-                               uint32_t *masked)
+/* Values of a group on the grid become, times factor, reflectances, the surface still in them;
+ * then it is taken off, and what is below 0 by so little that noise explains it becomes 0, as in
+ * base/spectrum.h. */
+VECTORS_INLINE void judge_reflectances(const struct map_fit *f, float factor, float *banded,
+                                       size_t row, uint32_t *restrict masked)
 {
     bool sci = !isnan(f->options.surface);
     float surface = sci ? (float)f->options.surface : 0.0f;
@@ -200,14 +207,69 @@ static void judge_reflectances(const struct map_fit *f, float *banded, size_t n,
     if (least < 0.0f)
         least = 0.0f;
     for (size_t b = 0; b < f->grid->n; b++) {
-        float *R = banded + b * row;
-        for (size_t x = 0; x < n; x++)
+        float *restrict R = banded + b * row;
+        VECTORS_LOOP
+        for (size_t x = 0; x < MAP_FIT_GROUP; x++) {
+            R[x] *= factor;
             masked[x] |= ((R[x] > least) & (R[x] <= (float)MAP_R_MAX)) != 0
                              ? 0u
                              : (uint32_t)MAP_OUT_OF_RANGE;
-        for (size_t x = 0; x < n && sci; x++)
+        }
+        if (!sci)
+            continue;
+        VECTORS_LOOP
+        for (size_t x = 0; x < MAP_FIT_GROUP; x++)
             R[x] = R[x] > surface ? R[x] - surface : 0.0f;
     }
+}
+
+/* Rows of whole groups, the last of which may be of anything beyond n. */
+VECTORS_INLINE void judge_kind(const struct map_fit *f, float *used, size_t n, size_t row,
+                               struct map_scratch *s)
+{
+    bool as_is = f->grid->as_is;
+    float factor = (float)(1.0 / f->options.scale);
+    for (size_t x = 0; x < n; x += MAP_FIT_GROUP) {
+        uint32_t masked[MAP_FIT_GROUP] = { 0 };
+        judge_values(f, used + x, row, masked);
+        if (as_is)
+            judge_reflectances(f, factor, used + x, row, masked);
+        memcpy(s->masked + x, masked, sizeof masked);
+    }
+    if (as_is)
+        return;
+    band_grid_apply(f->grid, used, n, row, s->pixels, factor, s->banded);
+    for (size_t x = 0; x < n; x += MAP_FIT_GROUP)
+        judge_reflectances(f, 1.0f, s->banded + x, s->pixels, s->masked + x);
+}
+
+static void judge_plain(const struct map_fit *f, float *used, size_t n, size_t row,
+                        struct map_scratch *s)
+{
+    judge_kind(f, used, n, row, s);
+}
+
+VECTORS_AVX2 static void judge_avx2(const struct map_fit *f, float *used, size_t n, size_t row,
+                                    struct map_scratch *s)
+{
+    judge_kind(f, used, n, row, s);
+}
+
+VECTORS_AVX512 static void judge_avx512(const struct map_fit *f, float *used, size_t n, size_t row,
+                                        struct map_scratch *s)
+{
+    judge_kind(f, used, n, row, s);
+}
+
+/* Reflectances on the grid, in place of used[] or into s->banded, and what is wrong with them. */
+static void judge(const struct map_fit *f, float *used, size_t n, size_t row, struct map_scratch *s)
+{
+    if (f->vectors == VECTORS_WITH_AVX512)
+        judge_avx512(f, used, n, row, s);
+    else if (f->vectors == VECTORS_WITH_AVX2)
+        judge_avx2(f, used, n, row, s);
+    else
+        judge_plain(f, used, n, row, s);
 }
 
 /* What a fill value or a NaN does to the reflectances tells nothing more. */
@@ -218,36 +280,23 @@ static uint32_t first_reason(uint32_t masked)
                                                  : masked;
 }
 
-/* Rows of m pixels, so far apart, into spectra of so many bands, one after the other. */
-static void turn(const float *restrict banded, size_t row, size_t m, size_t bands,
-                 float *restrict spectra)
+/* The pixels to fit, moved to the front of their rows where others lie between them; how many. */
+static size_t choose(const struct map_fit *f, struct map_scratch *s, size_t n, size_t row, float *R)
 {
-    for (size_t b = 0; b < bands; b++)
-        for (size_t i = 0; i < m; i++)
-            spectra[i * bands + b] = banded[b * row + i];
-}
-
-/* The spectra to fit, one after the other; how many. */
-static size_t lay_out(const struct map_fit *f, struct map_scratch *s, size_t n)
-{
-    enum { AT_A_TIME = 16 };
-    size_t bands = f->grid->n, count = 0;
+    size_t count = 0;
+    uint32_t any = 0;
+    for (size_t x = 0; x < n; x++)
+        any |= s->masked[x];
+    if (any == 0)
+        return n;
     for (size_t x = 0; x < n; x++) {
         s->masked[x] = first_reason(s->masked[x]);
         s->which[count] = x;
         count += s->masked[x] == 0 ? 1 : 0;
     }
-    /* A few spectra at a time stay at hand while bands are added to them. */
-    for (size_t first = 0; first < count; first += AT_A_TIME) {
-        size_t m = count - first < AT_A_TIME ? count - first : AT_A_TIME;
-        const size_t *which = s->which + first;
-        if (which[m - 1] - which[0] == m - 1) /* none between them was left out */
-            turn(s->banded + which[0], s->pixels, m, bands, s->spectra + first * bands);
-        else
-            for (size_t b = 0; b < bands; b++)
-                for (size_t i = 0; i < m; i++)
-                    s->spectra[(first + i) * bands + b] = s->banded[b * s->pixels + which[i]];
-    }
+    for (size_t b = 0; b < f->grid->n && count < n; b++)
+        for (size_t i = 0; i < count; i++)
+            R[b * row + i] = R[b * row + s->which[i]];
     return count;
 }
 
@@ -264,6 +313,23 @@ static uint32_t flags_of(uint32_t refined)
     return flags;
 }
 
+/* All n were fitted: in whole groups, the last of which ends with anything. */
+static void put_all(const struct map_fit *f, const struct map_scratch *s, size_t n, size_t row,
+                    float *map)
+{
+    size_t numbers = map_fit_bands(f) - 1;
+    for (size_t first = 0; first < n; first += MAP_FIT_GROUP) {
+        for (size_t b = 0; b < numbers; b++) {
+            float *restrict to = map + b * row + first;
+            const double *from = s->answers + b * s->pixels + first;
+            for (size_t i = 0; i < MAP_FIT_GROUP; i++)
+                to[i] = (float)from[i];
+        }
+        for (size_t i = first; i < n && i < first + MAP_FIT_GROUP; i++)
+            map[numbers * row + i] = (float)flags_of(s->flags[i]);
+    }
+}
+
 static void put_back(const struct map_fit *f, const struct map_scratch *s, size_t count, size_t n,
                      size_t row, float *map)
 {
@@ -271,7 +337,7 @@ static void put_back(const struct map_fit *f, const struct map_scratch *s, size_
     for (size_t b = 0; b < numbers; b++) {
         float *to = map + b * row;
         const double *from = s->answers + b * s->pixels;
-        for (size_t x = 0; x < n && count < n; x++)
+        for (size_t x = 0; x < n; x++)
             to[x] = NAN;
         for (size_t i = 0; i < count; i++)
             to[s->which[i]] = (float)from[i];
@@ -282,14 +348,14 @@ static void put_back(const struct map_fit *f, const struct map_scratch *s, size_
         map[numbers * row + s->which[i]] = (float)flags_of(s->flags[i]);
 }
 
-enum status map_fit_run(const struct map_fit *f, struct map_scratch *s, const float *used, size_t n,
+enum status map_fit_run(const struct map_fit *f, struct map_scratch *s, float *used, size_t n,
                         size_t row, float *map)
 {
-    judge_values(f, used, n, row, s->masked);
-    band_grid_apply(f->grid, used, n, row, s->pixels, (float)(1.0 / f->options.scale), s->banded);
-    judge_reflectances(f, s->banded, n, s->pixels, s->masked);
-    size_t count = lay_out(f, s, n);
-    struct refine_rows rows = { .R_float = s->spectra, .stride = f->grid->n, .n = count };
+    float *R = f->grid->as_is ? used : s->banded;
+    size_t R_row = f->grid->as_is ? row : s->pixels;
+    judge(f, used, n, row, s);
+    size_t count = choose(f, s, n, R_row, R);
+    struct refine_rows rows = { .R_float = R, .stride = 1, .band_stride = R_row, .n = count };
     struct refine_answers answers = { .rms = s->answers + 2 * f->parameters * s->pixels,
                                       .flags = s->flags };
     for (size_t i = 0; i < f->parameters; i++) {
@@ -297,7 +363,9 @@ enum status map_fit_run(const struct map_fit *f, struct map_scratch *s, const fl
         answers.se[f->parameter[i]] = s->answers + (f->parameters + i) * s->pixels;
     }
     enum status status = count > 0 ? refine_many_run(f->many, &rows, 1, &answers) : STATUS_OK;
-    if (status == STATUS_OK)
+    if (status == STATUS_OK && count == n)
+        put_all(f, s, n, row, map);
+    else if (status == STATUS_OK)
         put_back(f, s, count, n, row, map);
     return status;
 }

@@ -60,14 +60,18 @@ const char *map_fit_band_meaning(const struct map_fit *fit, size_t band);
 /* What was assumed of the noise. */
 const struct noise *map_fit_noise(const struct map_fit *fit);
 
-/* Scratch for parts of up to `pixels` pixels, for one thread at a time. */
+/* Scratch for rows of `pixels` pixels (map_fit_run()), for one thread at a time. */
 struct map_scratch;
 enum status map_scratch_open(const struct map_fit *fit, size_t pixels, struct map_scratch **ret);
 void map_scratch_close(struct map_scratch *scratch); /* takes NULL */
 
-/* n pixels: used[grid's used] and map[bands] are rows of pixels, `row` floats apart.  A pixel's
- * answer depends on nothing but its own values.  Statuses of refine_many_run(). */
-enum status map_fit_run(const struct map_fit *fit, struct map_scratch *scratch, const float *used,
+/* Pixels are worked on so many at a time: rows of them have room for whole groups. */
+enum { MAP_FIT_GROUP = 16 };
+
+/* n pixels: used[grid's used] and map[bands] are rows of pixels, `row` floats apart, n rounded up
+ * to groups or more; what used[] has is not kept.  A pixel's answer depends on nothing but its own
+ * values.  Statuses of refine_many_run(). */
+enum status map_fit_run(const struct map_fit *fit, struct map_scratch *scratch, float *used,
                         size_t n, size_t row, float *map);
 
 #endif

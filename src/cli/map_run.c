@@ -97,10 +97,11 @@ static size_t piece_pixels(const struct run *r)
     return r->lines_a_piece * r->piece_samples;
 }
 
-/* Rows of pixels that begin a power of two apart would share one set of the cache. */
+/* Rows of pixels that begin a power of two apart would share one set of the cache; and there is
+ * room for a whole group at the end. */
 static size_t row_of(const struct run *r)
 {
-    return piece_pixels(r) + 16;
+    return piece_pixels(r) + MAP_FIT_GROUP;
 }
 
 static enum status worker_open(const struct run *r, struct worker *w)

@@ -524,9 +524,12 @@ static void uint16_values(const unsigned char *b, size_t n, size_t step, bool bi
     else if (step == 2)
         for (size_t i = 0; i < n; i++)
             ret[i] = uint16_value(b + 2 * i, false);
+    else if (big_endian)
+        for (size_t i = 0; i < n; i++)
+            ret[i] = uint16_value(b + step * i, true);
     else
         for (size_t i = 0; i < n; i++)
-            ret[i] = uint16_value(b + step * i, big_endian);
+            ret[i] = uint16_value(b + step * i, false);
 }
 
 static void float32_values(const unsigned char *b, size_t n, size_t step, bool big_endian,
@@ -538,9 +541,12 @@ static void float32_values(const unsigned char *b, size_t n, size_t step, bool b
     else if (step == 4)
         for (size_t i = 0; i < n; i++)
             ret[i] = float32_value(b + 4 * i, false);
+    else if (big_endian)
+        for (size_t i = 0; i < n; i++)
+            ret[i] = float32_value(b + step * i, true);
     else
         for (size_t i = 0; i < n; i++)
-            ret[i] = float32_value(b + step * i, big_endian);
+            ret[i] = float32_value(b + step * i, false);
 }
 
 void envi_values(const struct envi_header *h, const void *bytes, size_t n, size_t stride,

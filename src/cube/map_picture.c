@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/number.h"
+#include "base/vectors.h"
 #include "cube/colour_scale.h"
 #include "cube/tiny_font.h"
 
@@ -75,10 +76,15 @@ static unsigned char index_of(double value, double lo, double per)
 
 static void map_row(const struct map_picture *p, const float *value, unsigned char *index)
 {
+    enum { AT_A_TIME = 16 }; /* what compilers make vectors of */
     double lo = p->lo, per = (PICTURE_MOST + 1) / (p->hi - p->lo);
-    for (size_t i = 0; i < p->samples && p->zoom == 1; i++)
-        index[i] = index_of((double)value[i], lo, per);
-    for (size_t i = 0; i < p->samples && p->zoom > 1; i++)
+    size_t i = 0;
+    for (; p->zoom == 1 && i + AT_A_TIME <= p->samples; i += AT_A_TIME) {
+        VECTORS_LOOP
+        for (size_t k = 0; k < AT_A_TIME; k++)
+            index[i + k] = index_of((double)value[i + k], lo, per);
+    }
+    for (; i < p->samples; i++)
         memset(index + i * p->zoom, index_of((double)value[i], lo, per), p->zoom);
 }
 

@@ -26,14 +26,17 @@ void quantiles_begin(struct quantiles *q, const double *share, size_t wanted)
     memcpy(q->share, share, wanted * sizeof *share);
 }
 
+/* NaN counts for nothing, where another adds 1, without a branch; and what is counted alone stays
+ * in a register. */
 void quantiles_first(struct quantiles *q, const float *value, size_t n)
 {
+    uint64_t count = 0;
     for (size_t i = 0; i < n; i++) {
-        if (isnan(value[i]))
-            continue;
-        q->upper[order_of(value[i]) >> 16]++;
-        q->count++;
+        unsigned number = value[i] == value[i] ? 1u : 0u;
+        q->upper[order_of(value[i]) >> 16] += number;
+        count += number;
     }
+    q->count += count;
 }
 
 void quantiles_between(struct quantiles *q)

@@ -236,16 +236,20 @@ class Maps(MapCase):
 
 
 class Stopped(MapCase):
-    def big(self):
+    def big(self, interleave="bil"):
         """Seconds of work."""
         folder = self.folder()
         pixels = self.noisy(64)
         with open(os.path.join(folder, "cube.hdr"), "w", encoding="utf-8") as file:
-            file.write(cubes.header(64, 20000, NM))
-        line = cubes.values(4, 0, cubes.interleaved(pixels, 64, 1, "bil"))
+            file.write(cubes.header(64, 20000, NM, interleave=interleave))
+        planes = [cubes.interleaved(pixels, 64, 1, interleave)]
+        if interleave == "bsq":
+            planes = [[pixel[b] for pixel in pixels] for b in range(len(NM))]
         with open(os.path.join(folder, "cube.img"), "wb") as file:
-            for _ in range(20000):
-                file.write(line)
+            for plane in planes:
+                line = cubes.values(4, 0, plane)
+                for _ in range(20000):
+                    file.write(line)
         return os.path.join(folder, "cube.hdr")
 
     def stop(self, cube, how, wait):
@@ -295,6 +299,25 @@ class Stopped(MapCase):
         process.send_signal(how)
         _, err = process.communicate(timeout=60)
         return process.returncode, err.decode()
+
+    def test_cube_cut_short_meanwhile(self):
+        """The data's end goes while they are read: told where, and what is done is kept."""
+        for interleave in ("bil", "bip", "bsq"):
+            cube = self.big(interleave)
+            data = cube[:-4] + ".img"
+            process = start("map", cube, *SCE, "--refine=skin", "--threads", "2", stderr=-1,
+                            stdout=-1)  # fmt: skip
+            until = time.monotonic() + 60
+            while not os.path.exists(cube[:-4] + "-map.img.part") and time.monotonic() < until:
+                time.sleep(0.01)
+            os.truncate(data, os.path.getsize(data) * 3 // 4)
+            _, err = process.communicate(timeout=120)
+            err = err.decode()
+            self.assertEqual(process.returncode, 1, err)
+            self.assertIn("cube.img at byte ", err)
+            self.assertIn("it ends there now, it was longer before", err)
+            self.assertFalse(os.path.exists(cube[:-4] + "-map.img"))
+            self.refused(1, "map", cube, *SCE, "--refine=skin", "--resume", says="are lacking")
 
     def test_another_cube_is_not_gone_on_with(self):
         cube = self.big()
