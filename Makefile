@@ -333,7 +333,10 @@ $(BUILD)/obj/%.o: %.c $(BUILD)/flags | need-build
 
 # Loops become vectors only where a square root sets no errno and no trap is taken; and a few
 # zeros after a row are not worth a call of memset(), which clang never makes of them.
-vector_c := src/optics/quick.c src/optics/shared_layers.c src/colour/colour_many.c src/colour/delta_e_many.c src/colour/delta_e_box.c src/match/refine_lanes.c src/match/skeleton.c src/match/lattice.c src/match/refine_many.c src/cli/map_fit.c src/cube/map_picture.c
+vector_c := src/optics/quick.c src/optics/shared_layers.c src/optics/transport_lanes.c \
+            src/colour/colour_many.c src/colour/delta_e_many.c src/colour/delta_e_box.c \
+            src/match/refine_lanes.c src/match/skeleton.c src/match/lattice.c src/match/refine_many.c \
+            src/cube/map_picture.c src/cli/map_fit.c
 vector_flags = -fno-math-errno -fno-trapping-math \
                $(if $(findstring clang,$(shell $(CC) --version)),,-fno-tree-loop-distribute-patterns)
 $(call objects,$(vector_c)): private override EXTRA += $(vector_flags)
