@@ -235,7 +235,7 @@ static bool epidermis_at(const struct opening *o, size_t Cm, size_t Bm)
 
 static const double *dermis_at(const struct opening *o, size_t Ch)
 {
-    return o->of->dermis + Ch * SHARED_DERMIS_SIZE(o->stride);
+    return o->of->dermis + Ch * o->of->layers->dermis_size;
 }
 
 /* R of the epidermis made last over dermis Ch. */
@@ -298,7 +298,7 @@ static enum status find_axis(const struct opening *o, enum along along)
 static void gather_dermises(const struct opening *o)
 {
     const struct skeleton *c = &o->l->axis[ALONG_CH];
-    size_t size = SHARED_DERMIS_SIZE(o->stride);
+    size_t size = o->of->layers->dermis_size;
     for (size_t k = 0; k < c->nodes; k++)
         memcpy(o->dermises + k * size, dermis_at(o, c->node[k]), size * sizeof(double));
 }
@@ -421,8 +421,8 @@ static bool all_in_reach(const struct opening *o)
 
 static enum status open_by(struct opening *o)
 {
-    o->epidermis = aligned(SHARED_EPIDERMIS_SIZE(o->stride));
-    o->dermises = aligned(SKELETON_MAX * SHARED_DERMIS_SIZE(o->stride));
+    o->epidermis = aligned(o->of->layers->epidermis_size);
+    o->dermises = aligned(SKELETON_MAX * o->of->layers->dermis_size);
     o->R = aligned(COMPARED_ROWS * o->stride);
     if (o->epidermis == NULL || o->dermises == NULL || o->R == NULL)
         return STATUS_NO_MEMORY;
@@ -438,7 +438,7 @@ static enum status open_by(struct opening *o)
 
 enum status lattice_open(const struct lattice_source *source, struct lattice **ret)
 {
-    if (!worth_it(source->grid))
+    if (!worth_it(source->grid) || source->layers->kind == MODEL_QUICK_NONE)
         return STATUS_OK;
     struct lattice *l = calloc(1, sizeof *l);
     if (l == NULL)

@@ -27,9 +27,9 @@ struct lattice_source {
 };
 
 /* *ret stays NULL where computing all rows is about as quick (fewer than LATTICE_ROWS_MIN in
- * all, or than 256 for each value of an axis), an epidermis is beyond the formulas' range, an axis
- * has no skeleton, or a compared colour is further off than LATTICE_TOLERANCE (of L*, a*, b*;
- * linear sRGB a hundredth of it). */
+ * all, or than 256 for each value of an axis), the model is transport (not tried), an epidermis is
+ * beyond the formulas' range, an axis has no skeleton, or a compared colour is further off than
+ * LATTICE_TOLERANCE (of L*, a*, b*; linear sRGB a hundredth of it). */
 #define LATTICE_ROWS_MIN 32768u
 #define LATTICE_TOLERANCE 1e-11
 enum status lattice_open(const struct lattice_source *source, struct lattice **ret);

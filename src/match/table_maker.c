@@ -14,6 +14,9 @@
 /* Pieces of several epidermises of one Cm, which have sums in common. */
 enum { ALIGNMENT = 64, ROWS_PER_PIECE = 1024, ROWS_PER_BLOCK = 64 };
 
+/* Bytes that all dermises may take: transport-32 on 31 bands needs 135 kB for each. */
+static const size_t dermises_most = (size_t)512 << 20;
+
 /* All that rows share; only read once it is made. */
 struct shared_rows {
     struct grid grid;
@@ -22,7 +25,7 @@ struct shared_rows {
     struct shared_layers layers;
     struct colour_many colour;
     double *Cm, *Bm, *Ch;    /* values of the axes */
-    double *dermis;          /* [Ch][SHARED_DERMIS_SIZE] */
+    double *dermis;          /* [Ch][layers.dermis_size] */
     bool *within;            /* [Ch] whether that dermis is in the formulas' range */
     struct lattice *lattice; /* NULL: every colour is computed from its spectrum */
 };
@@ -95,7 +98,9 @@ static enum status shared_rows_init(const struct recipe *recipe, struct shared_r
 
 static enum status shared_rows_fill(struct shared_rows *s)
 {
-    size_t size = SHARED_DERMIS_SIZE(s->layers.stride);
+    size_t size = s->layers.dermis_size;
+    if (s->grid.Ch.n > dermises_most / (size * sizeof *s->dermis))
+        return STATUS_UNSUPPORTED;
     s->Cm = axis_values(&s->grid.Cm);
     s->Bm = axis_values(&s->grid.Bm);
     s->Ch = axis_values(&s->grid.Ch);
@@ -116,7 +121,8 @@ static enum status shared_rows_fill(struct shared_rows *s)
 /* *ret stays NULL where the recipe has no such formulas. */
 static enum status shared_rows_open(const struct recipe *recipe, struct shared_rows **ret)
 {
-    if (recipe->model->quick == MODEL_QUICK_NONE || grid_check(&recipe->grid) != STATUS_OK)
+    bool has_formulas = recipe->model->quick != MODEL_QUICK_NONE || recipe->model->streams > 0;
+    if (!has_formulas || grid_check(&recipe->grid) != STATUS_OK)
         return STATUS_OK;
     struct shared_rows *s = calloc(1, sizeof *s);
     if (s == NULL)
@@ -185,7 +191,7 @@ static void put_rows(const struct shared_rows *s, struct workspace *w, struct gr
     double *R = w->R + at * s->layers.stride;
     if (s->lattice == NULL || spectra)
         shared_reflectance(&s->layers, w->epidermis, n,
-                           s->dermis + place.Ch * SHARED_DERMIS_SIZE(s->layers.stride), R);
+                           s->dermis + place.Ch * s->layers.dermis_size, R);
     if (s->lattice == NULL)
         colour_many_xyz(&s->colour, n, R, XYZ);
     else
@@ -268,7 +274,7 @@ static enum status workspace_open(const struct table_maker *maker, struct worksp
     if (s != STATUS_OK || maker->shared == NULL)
         return s;
     size_t stride = maker->shared->layers.stride;
-    w->epidermis = aligned(SHARED_EPIDERMIS_SIZE(stride));
+    w->epidermis = aligned(maker->shared->layers.epidermis_size);
     w->R = aligned(ROWS_PER_BLOCK * stride);
     if (w->epidermis == NULL || w->R == NULL)
         return STATUS_NO_MEMORY;

@@ -30,6 +30,7 @@ struct model {
     bool has_thickness;  /* whether epidermis_mm changes the answer */
     bool has_noise;      /* R and its derivatives carry chance of their own: not to be fitted by */
     enum model_quick quick;
+    int streams; /* of a transport model, optics/transport_lanes.h; else 0 */
 
     /* Just one of these two is there; NULL means the model cannot. */
     enum status (*reflectance)(const struct medium *m, double *R); /* R[m->n] */

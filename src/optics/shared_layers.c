@@ -25,9 +25,10 @@ enum epidermis_row {
     EPIDERMIS_G,
     EPIDERMIS_GU,
     EPIDERMIS_L,
-    EPIDERMIS_LR
+    EPIDERMIS_LR,
+    EPIDERMIS_ROWS
 };
-enum dermis_row { DERMIS_R2, DERMIS_U };
+enum dermis_row { DERMIS_R2, DERMIS_U, DERMIS_ROWS };
 
 /* ---- the half space's polynomial ---------------------------------------------------- */
 
@@ -198,7 +199,7 @@ VECTORS_INLINE void half_space_pairs(const struct pairs_job *job, bool fused)
     double P[SHARED_LAYERS_TERMS];
     memcpy(P, job->s->P, sizeof P);
     for (size_t row = 0; row < job->n; row++) {
-        const double *restrict q2 = job->dermis + row * SHARED_DERMIS_SIZE(stride);
+        const double *restrict q2 = job->dermis + row * job->s->dermis_size;
         double *restrict R = job->R + row * stride;
         VECTORS_LOOP
         for (size_t i = 0; i < stride; i++) {
@@ -220,7 +221,7 @@ VECTORS_INLINE void two_layer_pairs(const struct pairs_job *job, bool fused)
     const double *restrict G = H + EPIDERMIS_G * stride, *restrict GU = H + EPIDERMIS_GU * stride;
     const double *restrict L = H + EPIDERMIS_L * stride, *restrict LR = H + EPIDERMIS_LR * stride;
     for (size_t row = 0; row < job->n; row++) {
-        const double *restrict R2 = job->dermis + row * SHARED_DERMIS_SIZE(stride);
+        const double *restrict R2 = job->dermis + row * job->s->dermis_size;
         const double *restrict u = R2 + DERMIS_U * stride;
         double *restrict R = job->R + row * stride;
         VECTORS_LOOP
@@ -287,6 +288,64 @@ static bool layer(const struct layer_job *job, bool dermis)
                                                   : layer_plain(job, dermis);
 }
 
+/* ---- transport ------------------------------------------------------------------------- */
+
+/* Of one layer eight bands after the other, as tissue_medium() has their coefficients. */
+static bool transport_epidermis(const struct shared_layers *s, double Cm, double Bm, double *ret)
+{
+    const struct chromophores *c = s->c;
+    const size_t size = TRANSPORT_LANES_EPIDERMIS((size_t)s->transport.streams.n);
+    unsigned beyond = 0;
+    for (size_t at = 0; at < s->stride; at += VECTORS_LANES, ret += size) {
+        double sa[VECTORS_LANES];
+        for (size_t l = 0; l < VECTORS_LANES; l++) {
+            double melanin = Bm * c->eumelanin[at + l] + (1.0 - Bm) * c->pheomelanin[at + l];
+            sa[l] = Cm * melanin + (1.0 - Cm) * c->base[at + l];
+        }
+        beyond |= transport_lanes_epidermis(&s->transport, sa, c->sigma_s_prime + at, s->d, ret);
+    }
+    return beyond == 0;
+}
+
+static bool transport_dermis(const struct shared_layers *s, double Ch, double *ret)
+{
+    const struct chromophores *c = s->c;
+    const size_t size = TRANSPORT_LANES_DERMIS((size_t)s->transport.streams.n);
+    unsigned beyond = 0;
+    for (size_t at = 0; at < s->stride; at += VECTORS_LANES, ret += size) {
+        double sa[VECTORS_LANES], ss[VECTORS_LANES];
+        for (size_t l = 0; l < VECTORS_LANES; l++) {
+            double blood = s->gamma * c->oxy[at + l] + (1.0 - s->gamma) * c->deoxy[at + l];
+            sa[l] = Ch * blood + (1.0 - Ch) * c->base[at + l];
+            ss[l] = 0.5 * c->sigma_s_prime[at + l];
+        }
+        beyond |= transport_lanes_dermis(&s->transport, sa, ss, ret);
+    }
+    return beyond == 0;
+}
+
+static void transport_pairs(const struct pairs_job *job)
+{
+    const struct transport_lanes *t = &job->s->transport;
+    const size_t n = (size_t)t->streams.n, blocks = job->s->stride / VECTORS_LANES;
+    for (size_t row = 0; row < job->n; row++)
+        for (size_t b = 0; b < blocks; b++)
+            transport_lanes_join(t, job->epidermis + b * TRANSPORT_LANES_EPIDERMIS(n),
+                                 job->dermis + row * job->s->dermis_size +
+                                     b * TRANSPORT_LANES_DERMIS(n),
+                                 job->R + row * job->s->stride + b * VECTORS_LANES);
+}
+
+/* As shared_layers_init(), of which this is the last. */
+static enum status transport_init(int streams, double eta, struct shared_layers *s)
+{
+    const size_t n = (size_t)streams, blocks = s->stride / VECTORS_LANES;
+    s->epidermis_size = blocks * TRANSPORT_LANES_EPIDERMIS(n);
+    s->dermis_size = blocks * TRANSPORT_LANES_DERMIS(n);
+    return transport_lanes_init(streams, eta, &s->transport) == STATUS_OK ? STATUS_OK
+                                                                          : STATUS_UNSUPPORTED;
+}
+
 /* ---- the contract ------------------------------------------------------------------- */
 
 enum status shared_layers_init(const struct model *model, const struct chromophores *c,
@@ -296,6 +355,8 @@ enum status shared_layers_init(const struct model *model, const struct chromopho
         .kind = model->quick,
         .c = c,
         .stride = SHARED_LAYERS_STRIDE(c->n),
+        .epidermis_size = EPIDERMIS_ROWS * SHARED_LAYERS_STRIDE(c->n),
+        .dermis_size = DERMIS_ROWS * SHARED_LAYERS_STRIDE(c->n),
         .gamma = t->gamma,
         .d = t->epidermis_mm,
         .entering = 1.0 - dipole_Rs(t->eta),
@@ -303,8 +364,10 @@ enum status shared_layers_init(const struct model *model, const struct chromopho
     };
     if (tissue_check(t) != STATUS_OK)
         return STATUS_RANGE;
-    if (model->quick == MODEL_QUICK_NONE || t->scattering_a != 0.0 ||
+    if ((model->quick == MODEL_QUICK_NONE && model->streams == 0) || t->scattering_a != 0.0 ||
         dipole_A(t->eta, &s.A) != STATUS_OK)
+        return STATUS_UNSUPPORTED;
+    if (model->streams > 0 && transport_init(model->streams, t->eta, &s) != STATUS_OK)
         return STATUS_UNSUPPORTED;
     if (model->quick == MODEL_QUICK_HALF_SPACE &&
         !polynomial(1.0 + 4.0 / 3.0 * s.A, 0.5 * s.entering, s.P))
@@ -316,12 +379,16 @@ enum status shared_layers_init(const struct model *model, const struct chromopho
 bool shared_epidermis(const struct shared_layers *s, double Cm, double Bm, double *epidermis)
 {
     struct layer_job job = { .s = s, .Cm = Cm, .Bm = Bm, .out = epidermis };
+    if (s->kind == MODEL_QUICK_NONE)
+        return transport_epidermis(s, Cm, Bm, epidermis);
     return layer(&job, false);
 }
 
 bool shared_dermis(const struct shared_layers *s, double Ch, double *dermis)
 {
     struct layer_job job = { .s = s, .Ch = Ch, .out = dermis };
+    if (s->kind == MODEL_QUICK_NONE)
+        return transport_dermis(s, Ch, dermis);
     return layer(&job, true);
 }
 
@@ -329,7 +396,9 @@ void shared_reflectance(const struct shared_layers *s, const double *epidermis, 
                         const double *dermis, double *R)
 {
     struct pairs_job job = { s, epidermis, dermis, n, R };
-    if (s->vectors == VECTORS_WITH_AVX512)
+    if (s->kind == MODEL_QUICK_NONE)
+        transport_pairs(&job);
+    else if (s->vectors == VECTORS_WITH_AVX512)
         pairs_avx512(&job);
     else if (s->vectors == VECTORS_WITH_AVX2)
         pairs_avx2(&job);

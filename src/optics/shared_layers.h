@@ -9,6 +9,7 @@
  *                as a polynomial of degree 23; eta up to about 1.45, q up to 1000
  *   two-layer    R = H + (r1 - r2) (G + G' u)/(L + L' r2) with r = k/sigma_t' of each layer,
  *                u = 1/(1 + r2) and H, G, G', L, L' of the epidermis; the range of optics/quick.h
+ *   transport-N  matrices of optics/transport_lanes.h, and its range
  *
  * R is within 1e-12 of the plain one, on human skin 2e-14; the same bits whatever is paired in one
  * call and with AVX2 and AVX-512, and within 1e-13 of them without (docs/decisions/0012). */
@@ -20,23 +21,22 @@
 
 #include "base/vectors.h"
 #include "optics/model.h"
+#include "optics/transport_lanes.h"
 
 /* A row of n bands takes so many doubles; what is past n repeats the last band. */
 #define SHARED_LAYERS_STRIDE(n) (((n) + VECTORS_LANES - 1) / VECTORS_LANES * VECTORS_LANES)
 
-/* Doubles that stand for one layer at a given stride. */
-#define SHARED_EPIDERMIS_SIZE(stride) (6 * (stride))
-#define SHARED_DERMIS_SIZE(stride) (2 * (stride))
-
 enum { SHARED_LAYERS_TERMS = 24 };
 
 struct shared_layers {
-    enum model_quick kind;
+    enum model_quick kind; /* MODEL_QUICK_NONE: transport */
     const struct chromophores *c;
     size_t stride;
+    size_t epidermis_size, dermis_size; /* doubles that stand for one layer */
     double gamma, d, A, entering;
     double P[SHARED_LAYERS_TERMS]; /* of 2 v - 1, times (1-Rs)/2 */
-    enum vectors vectors;          /* the widest the processor has; a test may take others */
+    struct transport_lanes transport;
+    enum vectors vectors; /* the widest the processor has; a test may take others, of both */
 };
 
 /* What all skins have in common: model, bands, and of the tissue its gamma, epidermis_mm and eta.
@@ -51,7 +51,7 @@ bool shared_epidermis(const struct shared_layers *s, double Cm, double Bm, doubl
 bool shared_dermis(const struct shared_layers *s, double Ch, double *dermis);
 
 /* R[i * stride + band] of one epidermis over dermis i of n, which lie one after the other at
- * SHARED_DERMIS_SIZE(stride). */
+ * dermis_size. */
 void shared_reflectance(const struct shared_layers *s, const double *epidermis, size_t n,
                         const double *dermis, double *R);
 

@@ -21,8 +21,7 @@ void tearDown(void)
 
 /* ---- what a lattice is made of ----------------------------------------------------------- */
 
-enum { AXIS_MOST = 400, BANDS_MOST = 480 };
-static const size_t dermis_most = SHARED_DERMIS_SIZE((size_t)BANDS_MOST);
+enum { AXIS_MOST = 400, BANDS_MOST = 480, DERMIS_MOST = 8 * BANDS_MOST };
 
 static struct room {
     struct grid grid;
@@ -43,7 +42,7 @@ static void values(const struct axis *axis, double *to)
 
 static void make_dermises(void)
 {
-    size_t size = SHARED_DERMIS_SIZE(room.layers.stride);
+    size_t size = room.layers.dermis_size;
     for (size_t i = 0; i < room.grid.Ch.n; i++)
         TEST_ASSERT_TRUE(shared_dermis(&room.layers, room.Ch[i], room.dermis + i * size));
 }
@@ -67,7 +66,7 @@ static void furnish(const struct recipe *r)
                                                       r->step_nm, r->bands, &w));
     colour_many_init(&w, &room.colour);
     free(room.dermis);
-    room.dermis = calloc(AXIS_MOST, dermis_most * sizeof *room.dermis);
+    room.dermis = calloc(AXIS_MOST, DERMIS_MOST * sizeof *room.dermis);
     TEST_ASSERT_NOT_NULL(room.dermis);
     make_dermises();
     room.source = (struct lattice_source){ &room.grid,   room.Cm,     room.Bm,     room.Ch,
@@ -315,7 +314,7 @@ static void test_none_where_it_would_be_wrong(void)
     furnish(&r);
     TEST_ASSERT_TRUE(has_lattice());
     for (size_t k = 0; k < 2; k++) {
-        size_t size = SHARED_DERMIS_SIZE(room.layers.stride);
+        size_t size = room.layers.dermis_size;
         unsigned state = 1;
         make_dermises();
         for (size_t i = 0; i < r.grid.Ch.n; i++) {

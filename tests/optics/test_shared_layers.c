@@ -18,14 +18,19 @@ void tearDown(void)
 
 enum { BANDS_MAX = 480, DERMISES = 7 };
 
+/* transport-8 on BANDS_MAX bands; enough for transport-32 on 32. */
+enum {
+    EPIDERMIS_SIZE_MAX = BANDS_MAX / VECTORS_LANES * TRANSPORT_LANES_EPIDERMIS(8),
+    DERMIS_SIZE_MAX = BANDS_MAX / VECTORS_LANES * TRANSPORT_LANES_DERMIS(8)
+};
+
 static const double Ch_of[DERMISES] = { 0.0, 0.001, 0.004, 0.013, 0.05, 0.1, 1.0 };
 static const double Cm_of[] = { 0.0, 0.001, 0.02, 0.11, 0.5, 1.0 };
 
 /* Room for one epidermis and all dermises, of one grid. */
 static struct {
     struct chromophores c;
-    double epidermis[SHARED_EPIDERMIS_SIZE(BANDS_MAX)];
-    double dermis[DERMISES * SHARED_DERMIS_SIZE(BANDS_MAX)];
+    double epidermis[EPIDERMIS_SIZE_MAX], dermis[DERMISES * DERMIS_SIZE_MAX];
     double R[DERMISES * BANDS_MAX], other[DERMISES * BANDS_MAX];
     double plain[BANDS_MAX], scratch[MEDIUM_SCRATCH(BANDS_MAX)];
 } room;
@@ -44,6 +49,13 @@ static const struct shared_case {
     { "two-layer, thick", "two-layer", 380, 5, 0.3, 0.75, 1.4, 73, 2e-14 },
     { "two-layer, thin", "two-layer", 360, 1, 0.02, 0.4, 1.4, 471, 1e-12 },
     { "two-layer, eta 1.7", "two-layer", 400, 10, 0.06, 0.9, 1.7, 32, 1e-13 },
+    { "transport-4, a table's", "transport-4", 400, 10, 0.08, 0.75, 1.4, 31, 2e-13 },
+    { "transport-8, a table's", "transport-8", 400, 10, 0.08, 0.75, 1.4, 31, 3e-13 },
+    { "transport-8, thin", "transport-8", 380, 10, 0.02, 0.4, 1.33, 37, 1e-12 },
+    { "transport-8, thick", "transport-8", 360, 1, 1.0, 0.75, 1.5, 471, 3e-13 },
+    { "transport-8, eta 1", "transport-8", 400, 10, 0.1, 0.5, 1.0, 31, 3e-13 },
+    { "transport-16, a table's", "transport-16", 400, 10, 0.08, 0.75, 1.4, 31, 1e-12 },
+    { "transport-32, a table's", "transport-32", 400, 10, 0.08, 0.75, 1.4, 31, 1e-12 },
 };
 enum { CASES = sizeof cases / sizeof *cases };
 
@@ -64,7 +76,7 @@ static size_t dermises(const struct shared_layers *s, size_t which[DERMISES])
 {
     size_t n = 0;
     for (size_t i = 0; i < DERMISES; i++)
-        if (shared_dermis(s, Ch_of[i], room.dermis + n * SHARED_DERMIS_SIZE(s->stride)))
+        if (shared_dermis(s, Ch_of[i], room.dermis + n * s->dermis_size))
             which[n++] = i;
     return n;
 }
@@ -115,7 +127,7 @@ static void test_same_by_any_vectors_and_company(void)
         struct tissue t;
         size_t which[DERMISES];
         init(&cases[k], &t, &s);
-        size_t n = dermises(&s, which), size = SHARED_DERMIS_SIZE(s.stride);
+        size_t n = dermises(&s, which), size = s.dermis_size;
         TEST_ASSERT_TRUE(shared_epidermis(&s, 0.11, 0.5, room.epidermis));
         shared_reflectance(&s, room.epidermis, n, room.dermis, room.R);
         for (size_t j = 0; j < n; j++)
@@ -128,7 +140,7 @@ static void test_same_by_any_vectors_and_company(void)
                 continue;
             bool same = v != VECTORS_PLAIN && s.vectors != VECTORS_PLAIN;
             struct shared_layers by = s;
-            by.vectors = v;
+            by.vectors = by.transport.vectors = v;
             TEST_ASSERT_EQUAL_size_t(n, dermises(&by, which));
             TEST_ASSERT_TRUE(shared_epidermis(&by, 0.11, 0.5, room.epidermis));
             shared_reflectance(&by, room.epidermis, n, room.dermis, room.other);
