@@ -3,7 +3,10 @@
  * Rows are put in an order in which every KD_TREE_WIDTH neighbours are close together, every 16
  * such leaves, and so on; so a tree is just arrays, and where a box's content stands follows
  * from its number.  Entries stand in groups of KD_TREE_WIDTH, dimension by dimension, which
- * lets a compiler judge them all at once. */
+ * lets a compiler judge them all at once.
+ *
+ * Points of many dimensions, and the boxes around KD_WIDTH of them, stand in frames
+ * (match/kd_frame.h): one for each group of such boxes, which are up to KD_FRAMED points. */
 #ifndef SKINSPEC_MATCH_KD_LAYOUT_H
 #define SKINSPEC_MATCH_KD_LAYOUT_H
 
@@ -11,10 +14,14 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "match/kd_frame.h"
 #include "match/kd_judge.h"
 #include "match/kd_tree.h"
 
 enum { KD_MAX_LEVELS = 8 }; /* 16^8 = 2^32 rows */
+
+/* Points in a frame; points of more than KD_TREE_BOUND_DIMS are framed. */
+enum { KD_FRAMED = KD_WIDTH * KD_WIDTH };
 
 /* Squares of this still fit a float. */
 #define KD_LARGEST_NORM 1e15
@@ -31,11 +38,19 @@ struct kd_tree {
      * their own in the columns, and without fields. */
     float *ends[KD_MAX_LEVELS];
     const double *field[KD_TREE_FIELDS];
-    uint32_t *row; /* [entries[0]] */
-    double norm;   /* of the farthest point */
-    bool few;      /* so few points that all are judged, and no boxes */
+    uint32_t *row;          /* [entries[0]] */
+    struct kd_frame *frame; /* [groups of level 1]; NULL where points are not framed */
+    double norm;            /* of the farthest point */
+    bool few;               /* so few points that all are judged, and no boxes */
+    enum vectors vectors;
     const struct kd_judge *judge;
 };
+
+/* That entries of a level are told in. */
+static inline size_t kd_dims(const struct kd_tree *tree, unsigned level)
+{
+    return tree->frame != NULL && level <= 1 ? (size_t)KD_FRAME_DIMS : tree->dims;
+}
 
 /* Low corner of an entry at dimension 0; the next dimension is KD_WIDTH further.  The high one is
  * kd_high() further. */

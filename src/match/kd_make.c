@@ -195,28 +195,85 @@ static enum status take_points(struct builder *b)
 
 /* ---- boxes ------------------------------------------------------------------------------ */
 
-static void place_points(struct kd_tree *tree, const struct builder *b)
+struct placing {
+    struct kd_tree *tree;
+    const struct builder *b;
+};
+
+static void place_point(struct kd_tree *tree, size_t place, const float *point)
 {
-    for (size_t i = 0; i < tree->entries[0]; i++) {
-        float *to = tree->corner[0] + kd_place(tree->dims, 0, i);
-        for (size_t dim = 0; dim < tree->dims; dim++)
-            to[dim * KD_WIDTH] = at(b, i)[dim].x;
-        tree->row[i] = at(b, i)[tree->dims].row;
+    size_t dims = kd_dims(tree, 0);
+    float *to = tree->corner[0] + kd_place(dims, 0, place);
+    for (size_t dim = 0; dim < dims; dim++)
+        to[dim * KD_WIDTH] = point[dim];
+}
+
+/* The points of a group of boxes, in a frame of their own. */
+static void frame_points(struct kd_tree *tree, const struct builder *b, size_t group)
+{
+    size_t begin = group * KD_FRAMED, left = tree->entries[0] - begin,
+           count = left < KD_FRAMED ? left : KD_FRAMED;
+    struct kd_frame *frame = &tree->frame[group];
+    kd_frame_make(tree->dims, count, &at(b, begin)->x, tree->dims + 1, frame);
+    for (size_t i = begin; i < begin + count; i++) {
+        float point[KD_TREE_MAX_DIMS] = { 0.0f }, framed[KD_FRAME_DIMS];
+        memcpy(point, at(b, i), tree->dims * sizeof *point);
+        kd_frame_point(tree->vectors, frame, point, framed);
+        place_point(tree, i, framed);
     }
 }
 
-/* Each entry of `level` becomes the box around its share of the level below. */
+static enum status place_piece(size_t number, unsigned worker, void *context)
+{
+    struct placing *placing = context;
+    struct kd_tree *tree = placing->tree;
+    const struct builder *b = placing->b;
+    size_t begin = number * POINTS_PER_PIECE, end = begin + POINTS_PER_PIECE;
+    (void)worker;
+    for (size_t i = begin; i < end && i < tree->entries[0]; i++) {
+        if (tree->frame == NULL)
+            place_point(tree, i, &at(b, i)->x);
+        else if (i % KD_FRAMED == 0)
+            frame_points(tree, b, i / KD_FRAMED);
+        tree->row[i] = at(b, i)[tree->dims].row;
+    }
+    return STATUS_OK;
+}
+
+static enum status place_points(struct kd_tree *tree, const struct builder *b)
+{
+    struct placing placing = { tree, b };
+    size_t pieces = (b->rows->n + POINTS_PER_PIECE - 1) / POINTS_PER_PIECE;
+    return parallel_run(pieces, b->rows->threads, place_piece, &placing);
+}
+
+/* Each entry of `level` becomes the box around its share of the level below, which is told in the
+ * same dimensions. */
 static void place_boxes(struct kd_tree *tree, unsigned level)
 {
-    size_t high_below = kd_high(tree->dims, level - 1);
+    size_t dims = kd_dims(tree, level), high_below = kd_high(dims, level - 1);
     for (size_t i = 0; i < tree->entries[level - 1]; i++) {
-        const float *from = tree->corner[level - 1] + kd_place(tree->dims, level - 1, i);
-        float *low = tree->corner[level] + kd_place(tree->dims, level, i / KD_WIDTH);
-        float *high = low + kd_high(tree->dims, level);
-        for (size_t dim = 0; dim < tree->dims * KD_WIDTH; dim += KD_WIDTH) {
+        const float *from = tree->corner[level - 1] + kd_place(dims, level - 1, i);
+        float *low = tree->corner[level] + kd_place(dims, level, i / KD_WIDTH);
+        float *high = low + kd_high(dims, level);
+        for (size_t dim = 0; dim < dims * KD_WIDTH; dim += KD_WIDTH) {
             low[dim] = i % KD_WIDTH == 0 ? from[dim] : lower(low[dim], from[dim]);
             float most = from[high_below + dim];
             high[dim] = i % KD_WIDTH == 0 ? most : higher(high[dim], most);
+        }
+    }
+}
+
+/* The boxes around framed points, from the points themselves. */
+static void place_boxes_of_frames(struct kd_tree *tree, const struct builder *b)
+{
+    for (size_t i = 0; i < tree->entries[0]; i++) {
+        float *low = tree->corner[2] + kd_place(tree->dims, 2, i / KD_FRAMED);
+        float *high = low + kd_high(tree->dims, 2);
+        for (size_t dim = 0; dim < tree->dims; dim++) {
+            float x = at(b, i)[dim].x, *l = low + dim * KD_WIDTH, *h = high + dim * KD_WIDTH;
+            *l = i % KD_FRAMED == 0 ? x : lower(*l, x);
+            *h = i % KD_FRAMED == 0 ? x : higher(*h, x);
         }
     }
 }
@@ -280,18 +337,25 @@ static float *zeros(size_t floats)
     return memory;
 }
 
+/* That corners of a level take, or the ends of its fields. */
+static size_t floats_of(const struct kd_tree *tree, bool corners, unsigned level)
+{
+    size_t dims = corners ? kd_dims(tree, level) : KD_TREE_FIELDS;
+    return kd_place(dims, level, groups_of(tree->entries[level]) * KD_WIDTH);
+}
+
 /* Arrays of all levels from `first` up, in one block. */
-static bool lay_out(struct kd_tree *tree, size_t dims, unsigned first, float **array)
+static bool lay_out(struct kd_tree *tree, bool corners, unsigned first, float **array)
 {
     size_t floats = 0;
     for (unsigned level = first; level < tree->levels; level++)
-        floats += kd_place(dims, level, groups_of(tree->entries[level]) * KD_WIDTH);
+        floats += floats_of(tree, corners, level);
     float *place = floats > 0 ? zeros(floats) : NULL;
     if (place == NULL)
         return floats == 0;
     for (unsigned level = first; level < tree->levels; level++) {
         array[level] = place;
-        place += kd_place(dims, level, groups_of(tree->entries[level]) * KD_WIDTH);
+        place += floats_of(tree, corners, level);
     }
     return true;
 }
@@ -306,8 +370,13 @@ static enum status lay_out_all(struct kd_tree *tree, const struct kd_tree_rows *
     } while (entries > 1);
     memcpy(tree->field, rows->field, sizeof tree->field);
     tree->row = huge_pages_alloc(rows->n, sizeof *tree->row);
-    if (tree->row == NULL || !lay_out(tree, tree->dims, 0, tree->corner) ||
-        (tree->field[0] != NULL && !lay_out(tree, KD_TREE_FIELDS, 1, tree->ends)))
+    if (tree->dims > KD_TREE_BOUND_DIMS && tree->levels > 1) {
+        tree->frame = huge_pages_alloc(groups_of(tree->entries[1]), sizeof *tree->frame);
+        if (tree->frame == NULL)
+            return STATUS_NO_MEMORY;
+    }
+    if (tree->row == NULL || !lay_out(tree, true, 0, tree->corner) ||
+        (tree->field[0] != NULL && !lay_out(tree, false, 1, tree->ends)))
         return STATUS_NO_MEMORY;
     return STATUS_OK;
 }
@@ -324,9 +393,14 @@ static enum status fill(struct kd_tree *tree, struct builder *b)
         return s;
     for (size_t i = 0; i < PARALLEL_MAX_THREADS; i++)
         tree->norm = fmax(tree->norm, b->norm[i]);
-    place_points(tree, b);
+    s = place_points(tree, b);
+    if (s != STATUS_OK)
+        return s;
     for (unsigned level = 1; level < tree->levels; level++) {
-        place_boxes(tree, level);
+        if (level == 2 && tree->frame != NULL)
+            place_boxes_of_frames(tree, b);
+        else
+            place_boxes(tree, level);
         if (tree->ends[1] != NULL)
             place_ends(tree, level);
     }
@@ -343,7 +417,8 @@ enum status kd_tree_open(const struct kd_tree_rows *rows, struct kd_tree **ret)
     enum status s = tree != NULL && b != NULL ? STATUS_OK : STATUS_NO_MEMORY;
     if (s == STATUS_OK) {
         tree->dims = rows->dims;
-        tree->judge = kd_judge_of(vectors_best());
+        tree->vectors = vectors_best();
+        tree->judge = kd_judge_of(tree->vectors);
         tree->few = rows->n <= few[rows->dims > 3];
         b->rows = rows;
         s = lay_out_all(tree, rows);
@@ -365,6 +440,7 @@ void kd_tree_close(struct kd_tree *tree)
     if (tree == NULL)
         return;
     free(tree->row);
+    free(tree->frame);
     free(tree->corner[0]); /* the block of all levels */
     free(tree->ends[1]);   /* the same */
     free(tree);

@@ -6,6 +6,9 @@
  * squares of floats err by less than 18 x 2^-24 < 2e-6 of themselves, and by
  * nothing worth FLT_MIN where squares underflow.  threshold() allows for all of it; keys
  * (kd_judge.h) are at most the squares they stand for.
+ * Frames (kd_frame.h) round once more, the norms being those from a centre, which is no farther
+ * than the points are: by less than 2^-23 (|query| + 3 largest |point|), so that the slack is 2^-21
+ * instead; and by 2^-19 of the squares, for which threshold() has room.
  * A box's bound needs nothing of its own: it is made by the same operations as the
  * distance of a point in it, from smaller differences, and rounding is monotonic.
  *
@@ -21,7 +24,8 @@
 struct visit {
     const struct kd_tree *tree;
     struct kd_tree_task *task;
-    float query[KD_TREE_MAX_DIMS];
+    float query[KD_TREE_MAX_DIMS]; /* 0 past the dimensions that there are */
+    float framed[KD_FRAME_DIMS];   /* in the frame of the group that is being visited */
     double slack;
     int32_t limit;                                /* keys above it are of rows that do not matter */
     float lo[KD_TREE_FIELDS], hi[KD_TREE_FIELDS]; /* of the range, rounded outwards */
@@ -65,13 +69,14 @@ static void leave_out(const struct visit *v, unsigned level, size_t group, int32
 static int32_t judge(struct visit *v, unsigned level, size_t group, int32_t key[KD_WIDTH])
 {
     const struct kd_tree *tree = v->tree;
-    const float *low = tree->corner[level] + kd_place(tree->dims, level, group * KD_WIDTH);
-    const float *high = low + kd_high(tree->dims, level);
+    size_t dims = kd_dims(tree, level);
+    const float *low = tree->corner[level] + kd_place(dims, level, group * KD_WIDTH);
+    const float *high = low + kd_high(dims, level);
+    const float *query = tree->frame != NULL && level <= 1 ? v->framed : v->query;
     size_t left = tree->entries[level] - group * KD_WIDTH,
            count = left < KD_WIDTH ? left : KD_WIDTH;
-    int32_t least = v->task->bound != NULL
-                        ? judge_by_bound(v, low, high, key)
-                        : tree->judge->group(tree->dims, low, high, v->query, key);
+    int32_t least = v->task->bound != NULL ? judge_by_bound(v, low, high, key)
+                                           : tree->judge->group(dims, low, high, query, key);
     bool in_range = v->task->range == NULL || level == 0;
     v->task->judged += count;
     if (count == KD_WIDTH && in_range)
@@ -106,10 +111,19 @@ static void look_at(struct visit *v, size_t entry)
 /* On its way from memory while something nearer is looked at. */
 static void fetch(const struct kd_tree *tree, unsigned level, size_t group)
 {
-    const float *line = tree->corner[level] + kd_place(tree->dims, level, group * KD_WIDTH);
-    size_t lines = level == 0 ? tree->dims : 2 * tree->dims;
+    size_t dims = kd_dims(tree, level), lines = level == 0 ? dims : 2 * dims;
+    const float *line = tree->corner[level] + kd_place(dims, level, group * KD_WIDTH);
+    if (level == 1 && tree->frame != NULL)
+        for (size_t i = 0; i <= KD_FRAME_DIRECTIONS; i++)
+            __builtin_prefetch(tree->frame[group].centre + i * KD_TREE_MAX_DIMS);
     for (size_t i = 0; i < lines; i++)
         __builtin_prefetch(line + i * KD_WIDTH);
+}
+
+static void enter_frame(struct visit *v, size_t group)
+{
+    if (v->tree->frame != NULL)
+        kd_frame_point(v->tree->vectors, &v->tree->frame[group], v->query, v->framed);
 }
 
 /* What of a group matters, nearest first. */
@@ -119,6 +133,8 @@ static void visit_group(struct visit *v, unsigned level, size_t group)
     int32_t key[KD_WIDTH], next;
     if (level == 0)
         __builtin_prefetch(tree->row + group * KD_WIDTH);
+    if (level == 1)
+        enter_frame(v, group);
     next = judge(v, level, group, key);
     while (next <= v->limit) {
         size_t entry = group * KD_WIDTH + (size_t)(next & KD_KEY_NUMBER);
@@ -147,14 +163,14 @@ static bool take_query(struct visit *v)
         return false;
     for (size_t dim = 0; dim < v->tree->dims; dim++)
         v->query[dim] = (float)v->task->query[dim];
-    v->slack = 0x1p-23 * (sqrt(square) + v->tree->norm);
+    v->slack = (v->tree->frame != NULL ? 0x1p-21 : 0x1p-23) * (sqrt(square) + v->tree->norm);
     return true;
 }
 
 bool kd_tree_search(const struct kd_tree *tree, struct kd_tree_task *task)
 {
     struct visit v = { .tree = tree, .task = task, .limit = kd_key_limit((float)INFINITY) };
-    if (task->bound == NULL && !take_query(&v))
+    if (task->bound == NULL ? !take_query(&v) : tree->frame != NULL)
         return false;
     for (size_t field = 0; task->range != NULL && field < KD_TREE_FIELDS; field++) {
         v.lo[field] = kd_float_below(task->range->lo[field]);
@@ -163,7 +179,10 @@ bool kd_tree_search(const struct kd_tree *tree, struct kd_tree_task *task)
     if (!tree->few)
         visit_group(&v, tree->levels - 1, 0);
     else
-        for (size_t first = 0; first < tree->entries[0]; first += KD_WIDTH)
+        for (size_t first = 0; first < tree->entries[0]; first += KD_WIDTH) {
+            if (first % KD_FRAMED == 0)
+                enter_frame(&v, first / KD_FRAMED);
             visit_group(&v, 0, first / KD_WIDTH);
+        }
     return true;
 }

@@ -12,7 +12,7 @@
 
 #include "base/status.h"
 
-enum { KD_TREE_MAX_DIMS = 16, KD_TREE_WIDTH = 16, KD_TREE_FIELDS = 3 };
+enum { KD_TREE_MAX_DIMS = 16, KD_TREE_BOUND_DIMS = 8, KD_TREE_WIDTH = 16, KD_TREE_FIELDS = 3 };
 
 /* Points must not lie further apart than the things they stand for, but for rounding:
  * |p(x) - p(y)| <= d(x, y) + 1e-9 (|p(x)| + |p(y)|). */
@@ -48,7 +48,7 @@ typedef void kd_tree_fetch(void *context, size_t row);
  * point in a box can have of it, for KD_TREE_WIDTH boxes at once.  low, high:
  * [dims][KD_TREE_WIDTH], their corners; the points are at both.  They are rounded to floats: a
  * row's own coordinate x lies within 2^-24 |x| of what is kept.  Bounds of boxes past the end do
- * not matter. */
+ * not matter.  Only for trees of up to KD_TREE_BOUND_DIMS: others keep points otherwise. */
 typedef void kd_tree_bound(void *context, const float *low, const float *high,
                            float bound[KD_TREE_WIDTH]);
 
@@ -69,7 +69,8 @@ struct kd_tree_task {
 
 /* Shows every row that matters and lies in the range, about the nearest first, and some that
  * do not matter.  Boxes without a row in the range are not entered.  false, and nothing
- * shown, where the query is not finite or beyond 1e15. */
+ * shown, where the query is not finite or beyond 1e15, or a bound is given to a tree of too many
+ * dimensions for one. */
 bool kd_tree_search(const struct kd_tree *tree, struct kd_tree_task *task);
 
 #endif
