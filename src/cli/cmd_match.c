@@ -100,8 +100,10 @@ static void take_shard(struct argp_state *state, char *text, struct spectra_sour
 {
     enum { MOST = 1000000 };
     char *slash = strchr(text, '/');
-    if (slash == NULL)
+    if (slash == NULL) {
         argp_error(state, "--shard: '%s'; expected I/N, as 1/8 .. 8/8", text);
+        return;
+    }
     *slash = '\0';
     source->shards = option_count(state, "shard", slash + 1, 1, MOST);
     source->shard = option_count(state, "shard", text, 1, source->shards);
