@@ -19,7 +19,7 @@ WIDE_LIBS := -lmpfr -lgmp
 PKG_CFLAGS = $(shell pkg-config --cflags $(PACKAGES) $(WIRES))
 PKG_LIBS   = $(shell pkg-config --libs $(PACKAGES))
 WIRES_LIBS = $(shell pkg-config --libs $(WIRES))
-PICTURE_LIBS = $(shell pkg-config --libs libpng zlib)
+PICTURE_LIBS = $(shell pkg-config --libs libpng)
 
 core_c  := $(wildcard src/base/*.c src/optics/*.c src/colour/*.c src/match/*.c src/plan/*.c)
 db_c    := $(wildcard db/*.c)
@@ -293,7 +293,7 @@ need-build:
 	@tools/need cmd:cc=gcc cmd:pkg-config=pkg-config file:/usr/include/argp.h=libc6-dev \
 	    lib:sqlite3=libsqlite3-dev lib:nettle=nettle-dev lib:libcjson=libcjson-dev \
 	    lib:libsystemd=libsystemd-dev lib:libserialport=libserialport-dev \
-	    lib:libusb-1.0=libusb-1.0-0-dev lib:libudev=libudev-dev lib:libpng=libpng-dev lib:zlib=zlib1g-dev
+	    lib:libusb-1.0=libusb-1.0-0-dev lib:libudev=libudev-dev lib:libpng=libpng-dev
 
 need-test: need-build $(unity)/unity.c
 	@tools/need cmd:python3=python3 cmd:spec2cie=argyll lib:mpfr=libmpfr-dev lib:umockdev-1.0=libumockdev-dev \
