@@ -21,7 +21,7 @@ enum {
 };
 
 /* What may be missing of a value, of the largest: what rounding leaves to be seen. */
-static const double missing = 3e-15;
+static const double missing_max = 3e-15;
 
 enum along { ALONG_CM, ALONG_BM, ALONG_CH, AXES };
 
@@ -288,7 +288,7 @@ static enum status find_axis(const struct opening *o, enum along along)
     if (F == NULL)
         return STATUS_NO_MEMORY;
     size_t samples = along == ALONG_CH ? sample_dermises(o, F) : sample_epidermises(o, along, F);
-    enum status s = skeleton_init(n, samples, F, missing, o->l->vectors, &o->l->axis[along]);
+    enum status s = skeleton_init(n, samples, F, missing_max, o->l->vectors, &o->l->axis[along]);
     free(F);
     return s;
 }

@@ -4,8 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LANES = VECTORS_LANES };
-
 /* One step for all values: what they have of the direction q is taken off. */
 struct step {
     size_t stride, samples;
@@ -17,19 +15,19 @@ struct step {
 
 VECTORS_INLINE void take_off(const struct step *s, bool fused)
 {
-    for (size_t at = 0; at < s->stride; at += LANES) {
-        double part[LANES] = { 0.0 }, rest[LANES] = { 0.0 };
+    for (size_t at = 0; at < s->stride; at += VECTORS_LANES) {
+        double part[VECTORS_LANES] = { 0.0 }, rest[VECTORS_LANES] = { 0.0 };
         const double *restrict q = s->q;
         for (size_t k = 0; k < s->samples; k++) {
             const double *restrict f = s->F + k * s->stride + at;
             VECTORS_LOOP
-            for (int l = 0; l < LANES; l++)
+            for (int l = 0; l < VECTORS_LANES; l++)
                 part[l] = vectors_sum(fused, f[l], q[k], part[l]);
         }
         for (size_t k = 0; k < s->samples; k++) {
             double *restrict f = s->F + k * s->stride + at;
             VECTORS_LOOP
-            for (int l = 0; l < LANES; l++) {
+            for (int l = 0; l < VECTORS_LANES; l++) {
                 double left = vectors_sum(fused, -part[l], q[k], f[l]);
                 f[l] = left;
                 rest[l] = vectors_sum(fused, left, left, rest[l]);
