@@ -127,7 +127,7 @@ static void wait_in_vain(const struct driver *driver, struct instrument *instrum
 {
     struct waiting waiting = { driver, instrument };
     struct driver_error error;
-    bool pressed;
+    bool pressed = false;
     pthread_t thread;
     if (pthread_create(&thread, NULL, cancel_soon, &waiting) != 0) {
         perror("drivers: a thread");
@@ -136,7 +136,8 @@ static void wait_in_vain(const struct driver *driver, struct instrument *instrum
     enum driver_result r = driver->wait_button(instrument, 1000, &pressed, &error);
     pthread_join(thread, NULL);
     if (r != DRIVER_CANCELLED) {
-        fprintf(stderr, "drivers: a wait ended with %s\n", driver_result_name(r));
+        fprintf(stderr, "drivers: %s: a wait ended with %s%s\n", driver->name,
+                driver_result_name(r), pressed ? ", a press" : "");
         exit(1);
     }
 }
