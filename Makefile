@@ -147,7 +147,7 @@ cover: need-cover ## coverage of optics, colour, match, db and drivers: 95 % of 
 	    --filter '$(CURDIR)/src/(optics|colour|match|json|station)/' --filter '$(CURDIR)/(db|drivers)/' --branches \
 	    --txt - --fail-under-branch 90
 
-bench: need-test all $(BUILD)/bench/load $(BUILD)/bench/drivers $(BUILD)/bench/planner $(simhost) $(tables) ## every figure of docs/performance.md beside its bar; BENCH='search map' for some (20 minutes)
+bench: need-test all $(BUILD)/bench/load $(BUILD)/bench/drivers $(BUILD)/bench/planner $(simhost) $(tables) ## every figure of docs/performance.md beside its bar; BENCH='search map' for some (15 minutes)
 	@BUILD=$(BUILD) python3 -B tests/bench/run.py $(BENCH)
 
 bench-peers: need-test all $(BUILD)/bench/load $(simhost) $(tables) ## the figures that others are compared with, who are put into the build folder and by apt first

@@ -4,7 +4,7 @@
  *
  * Each size in turns with the others, rounds by rounds, medians; a line of JSON for each: what was
  * done, the size, nanoseconds of CPU for one (cores: seconds by the clock and of CPU for all).
- * MOST: no size beyond, 10 000 000 rows (some 5 GB) and 1 000 000 spectra if not said. */
+ * MOST: no size beyond, 10 000 000 rows (4 GB) and 1 000 000 spectra if not said. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
