@@ -66,25 +66,57 @@ bool map_picture_line(const struct map_picture *p, size_t y, size_t *line)
 }
 
 /* Without branches: values of neighbours are in any order. */
-static unsigned char index_of(double value, double lo, double per)
+VECTORS_INLINE int index_of(double value, double lo, double per)
 {
     double place = (value - lo) * per;
     place = place > PICTURE_LEAST ? place : PICTURE_LEAST; /* NaN is not */
     place = place < PICTURE_MOST ? place : PICTURE_MOST;
-    return (unsigned char)(isnan(value) ? (int)PICTURE_NOTHING : (int)place);
+    return (int)(value == value ? place : (double)PICTURE_NOTHING);
+}
+
+/* Samples that are worked on side by side. */
+enum { GROUP = 16 };
+
+VECTORS_INLINE void index_groups(const float *value, size_t n, double lo, double per,
+                                 unsigned char *index)
+{
+    for (size_t i = 0; i < n; i += GROUP) {
+        int each[GROUP]; /* narrowed apart: doubles to bytes at once are too much for gcc */
+        VECTORS_LOOP
+        for (size_t k = 0; k < GROUP; k++)
+            each[k] = index_of((double)value[i + k], lo, per);
+        for (size_t k = 0; k < GROUP; k++)
+            index[i + k] = (unsigned char)each[k];
+    }
+}
+
+typedef void index_function(const float *value, size_t n, double lo, double per,
+                            unsigned char *index);
+
+static void index_plain(const float *value, size_t n, double lo, double per, unsigned char *index)
+{
+    index_groups(value, n, lo, per, index);
+}
+
+VECTORS_AVX2 static void index_avx2(const float *value, size_t n, double lo, double per,
+                                    unsigned char *index)
+{
+    index_groups(value, n, lo, per, index);
+}
+
+VECTORS_AVX512 static void index_avx512(const float *value, size_t n, double lo, double per,
+                                        unsigned char *index)
+{
+    index_groups(value, n, lo, per, index);
 }
 
 static void map_row(const struct map_picture *p, const float *value, unsigned char *index)
 {
-    enum { AT_A_TIME = 16 }; /* what compilers make vectors of */
+    static index_function *const by[VECTORS_KINDS] = { index_plain, index_avx2, index_avx512 };
     double lo = p->lo, per = (PICTURE_MOST + 1) / (p->hi - p->lo);
-    size_t i = 0;
-    for (; p->zoom == 1 && i + AT_A_TIME <= p->samples; i += AT_A_TIME) {
-        VECTORS_LOOP
-        for (size_t k = 0; k < AT_A_TIME; k++)
-            index[i + k] = index_of((double)value[i + k], lo, per);
-    }
-    for (; i < p->samples; i++)
+    size_t whole = p->zoom == 1 ? p->samples / GROUP * GROUP : 0;
+    by[vectors_best()](value, whole, lo, per, index);
+    for (size_t i = whole; i < p->samples; i++)
         memset(index + i * p->zoom, index_of((double)value[i], lo, per), p->zoom);
 }
 
