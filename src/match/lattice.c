@@ -65,7 +65,7 @@ static size_t up(size_t n)
     return (n + LANES - 1) / LANES * LANES;
 }
 
-/* ---- sums ----------------------------------------------------------------------------- */
+/* ---- sums --------------------------------------------------------------------------- */
 
 /* to[j] = sum over k of weight[k] from[k * step + j], j below n, a multiple of LANES. */
 struct sum {
@@ -201,7 +201,7 @@ void lattice_xyz(const struct lattice *l, struct lattice_sums *sums, struct grid
         sum_rows_plain(&rows);
 }
 
-/* ---- samples of an axis --------------------------------------------------------------- */
+/* ---- samples of an axis ------------------------------------------------------------- */
 
 /* The samples of one combination of the other two axes, which is number `which`: every band where
  * it is the first, of the others every fourth, beginning elsewhere. */
@@ -293,7 +293,7 @@ static enum status find_axis(const struct opening *o, enum along along)
     return s;
 }
 
-/* ---- the rows at all nodes ------------------------------------------------------------- */
+/* ---- the rows at all nodes ---------------------------------------------------------- */
 
 static void gather_dermises(const struct opening *o)
 {
@@ -330,7 +330,7 @@ static enum status fill(const struct opening *o)
     return STATUS_OK;
 }
 
-/* ---- the comparison -------------------------------------------------------------------- */
+/* ---- the comparison ----------------------------------------------------------------- */
 
 struct colours {
     double XYZ[3][COMPARED_ROWS + LANES], of[6][COMPARED_ROWS];
@@ -400,7 +400,7 @@ static enum status compare(const struct opening *o)
     return s;
 }
 
-/* ---- the contract ---------------------------------------------------------------------- */
+/* ---- the contract ------------------------------------------------------------------- */
 
 static bool worth_it(const struct grid *grid)
 {

@@ -45,7 +45,7 @@ struct table_maker {
     struct workspace workspace[PARALLEL_MAX_THREADS];
 };
 
-/* ---- what rows share --------------------------------------------------------------------- */
+/* ---- what rows share ---------------------------------------------------------------- */
 
 static double *aligned(size_t doubles)
 {
@@ -139,7 +139,7 @@ static enum status shared_rows_open(const struct recipe *recipe, struct shared_r
     return status == STATUS_NO_MEMORY ? status : STATUS_OK;
 }
 
-/* ---- rows -------------------------------------------------------------------------------- */
+/* ---- rows --------------------------------------------------------------------------- */
 
 /* Rows whose XYZ, and spectra where they are kept, stand in the workspace and wait. */
 struct block {
@@ -266,7 +266,7 @@ static enum status compute_piece(size_t piece, unsigned worker, void *context)
                             rest < ROWS_PER_PIECE ? rest : ROWS_PER_PIECE, c->table, at);
 }
 
-/* ---- the contract ------------------------------------------------------------------------ */
+/* ---- the contract ------------------------------------------------------------------- */
 
 static enum status workspace_open(const struct table_maker *maker, struct workspace *w)
 {

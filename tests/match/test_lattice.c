@@ -19,7 +19,7 @@ void tearDown(void)
 {
 }
 
-/* ---- what a lattice is made of ----------------------------------------------------------- */
+/* ---- what a lattice is made of ------------------------------------------------------ */
 
 enum { AXIS_MOST = 400, BANDS_MOST = 480, DERMIS_MOST = 8 * BANDS_MOST };
 
@@ -80,7 +80,7 @@ static struct recipe recipe_with(const char *model, const struct grid *grid)
     return r;
 }
 
-/* ---- as the row maker -------------------------------------------------------------------- */
+/* ---- as the row maker --------------------------------------------------------------- */
 
 /* Grids of the default's kind, and others; expect: the row maker's colours. */
 static const struct lattice_case {
@@ -192,7 +192,7 @@ static void test_colours_are_the_row_makers(void)
     }
 }
 
-/* ---- whoever computes them --------------------------------------------------------------- */
+/* ---- whoever computes them ---------------------------------------------------------- */
 
 static void assert_colours_equal(const struct table *x, size_t x_row, const struct table *y,
                                  size_t y_row, size_t n)
@@ -272,7 +272,7 @@ static void test_same_by_any_vectors(void)
     }
 }
 
-/* ---- where there is none ----------------------------------------------------------------- */
+/* ---- where there is none ------------------------------------------------------------ */
 
 static bool has_lattice(void)
 {
