@@ -199,7 +199,7 @@ static void add_flags_of_parameter(const struct refine_many *m, const struct lan
             double value = a->value[i][l], half = Z_95 * a->se[i][l];
             double from = value - half > lo ? value - half : lo;
             double to = value + half < hi ? value + half : hi;
-            flags[l] |= (value == lo) | (value == hi) ? at_bound : 0;
+            flags[l] |= ((value == lo) | (value == hi)) != 0 ? at_bound : 0;
             flags[l] |= to - from >= wide ? unknown : 0;
         }
     }
