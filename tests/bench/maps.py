@@ -101,12 +101,15 @@ def show():
             heading(f"a cube of 1000 x 1000 x 31 to maps of Cm, Bm, Ch, {model}, {cores} threads: "
                     f"median of {places.ROUNDS}, seconds, and CPU seconds")  # fmt: skip
             reference = cubes["bip", 4, 0]
-            took = {name: [] for name in ("in memory", *cubes)}
+            bare = "bip, float32, --no-pictures"
+            took = {name: [] for name in ("in memory", bare, *cubes)}
             with machine.Others() as others:
                 for _ in range(places.ROUNDS):
                     took["in memory"].append(in_memory(reference, model, "three", cores))
                     for layout, cube in cubes.items():
                         took[layout].append(mapped(cube, model, "three", folder + "/out"))
+                    took[bare].append(mapped(reference, model, "three", folder + "/out",
+                                             "--no-pictures"))  # fmt: skip
             wall, cpu = (
                 {name: statistics.median(x[i] for x in took[name]) for name in took} for i in (0, 1)
             )
@@ -115,9 +118,12 @@ def show():
                 layout = interleave, kind, order
                 name = f"{interleave}, {'float32' if kind == 4 else 'uint16'}, byte order {order}"
                 row(name, f"{wall[layout]:.2f} {cpu[layout]:.2f}")
+            row(bare, f"{wall[bare]:.2f} {cpu[bare]:.2f}")
             slowest = max(cubes, key=lambda layout: wall[layout])
             share = 100 * wall["in memory"] / wall[slowest]
             row("rate of the slowest, of that in memory", f"{share:.0f} %", f">= {MAP_SHARE} %",
                 share >= MAP_SHARE)  # fmt: skip
-            row("the same by CPU", f"{100 * cpu['in memory'] / max(cpu[x] for x in cubes):.0f} %")
+            row("the same by CPU; without pictures",
+                f"{100 * cpu['in memory'] / max(cpu[x] for x in cubes):.0f} %; "
+                f"{100 * cpu['in memory'] / cpu[bare]:.0f} %")  # fmt: skip
             report.others(others.percent)
