@@ -15,12 +15,15 @@ enum { SAMPLE_ROWS = 1024, ITERATIONS = 6 };
 /* Bands are padded with zeros to whole blocks, which loops over them then are made of. */
 enum { BLOCK = 8, MAX_PADDED = (SPECTRUM_MAX_BANDS + BLOCK - 1) / BLOCK * BLOCK };
 
+/* Sums side by side, in whole blocks as well. */
+enum { ACROSS = (COMPONENTS_DIMS + BLOCK - 1) / BLOCK * BLOCK };
+
 struct components {
     size_t bands, padded;
     enum vectors vectors;
-    double *direction[COMPONENTS];     /* [padded] each, orthonormal or all 0 */
-    double (*across)[COMPONENTS_DIMS]; /* [padded]: the same by bands, and a 0 */
-    double mean[];                     /* [padded], then the directions, then across */
+    double *direction[COMPONENTS]; /* [padded] each, orthonormal or all 0 */
+    double (*across)[ACROSS];      /* [padded]: the same by bands, and zeros */
+    double mean[];                 /* [padded], then the directions, then across */
 };
 
 static double dot(size_t n, const double *x, const double *y)
@@ -106,8 +109,7 @@ enum status components_open(const struct table *table, struct components **ret)
 {
     size_t bands = table->recipe.bands, rows = table->n < SAMPLE_ROWS ? table->n : SAMPLE_ROWS;
     size_t padded = (bands + BLOCK - 1) / BLOCK * BLOCK, across = (1 + COMPONENTS) * padded;
-    struct components *c =
-        calloc(1, sizeof *c + (across + COMPONENTS_DIMS * padded) * sizeof *c->mean);
+    struct components *c = calloc(1, sizeof *c + (across + ACROSS * padded) * sizeof *c->mean);
     double *scratch = calloc((rows + COMPONENTS) * bands, sizeof *scratch);
     if (c == NULL || scratch == NULL) {
         free(scratch);
@@ -119,7 +121,7 @@ enum status components_open(const struct table *table, struct components **ret)
     c->vectors = vectors_best();
     for (size_t which = 0; which < COMPONENTS; which++)
         c->direction[which] = c->mean + (1 + which) * padded;
-    c->across = (double(*)[COMPONENTS_DIMS])(c->mean + across);
+    c->across = (double(*)[ACROSS])(c->mean + across);
     take_sample(c, table, rows, scratch);
     begin_with_waves(c);
     for (int i = 0; i < ITERATIONS; i++)
@@ -152,9 +154,9 @@ VECTORS_INLINE double square_of(size_t n, const double *x)
 VECTORS_INLINE void take_point_any(const struct components *c, double *restrict rest,
                                    double point[COMPONENTS_DIMS])
 {
-    double sum[COMPONENTS_DIMS] = { 0.0 };
+    double sum[ACROSS] = { 0.0 };
     for (size_t i = 0; i < c->bands; i++)
-        for (size_t which = 0; which < COMPONENTS_DIMS; which++)
+        for (size_t which = 0; which < ACROSS; which++)
             sum[which] += rest[i] * c->across[i][which];
     for (size_t which = 0; which < COMPONENTS; which++) {
         const double *restrict direction = c->direction[which];
@@ -162,7 +164,7 @@ VECTORS_INLINE void take_point_any(const struct components *c, double *restrict 
             for (size_t i = 0; i < BLOCK; i++)
                 rest[at + i] -= sum[which] * direction[at + i];
     }
-    memcpy(point, sum, sizeof sum);
+    memcpy(point, sum, COMPONENTS_DIMS * sizeof *point);
     point[COMPONENTS] = sqrt(square_of(c->padded, rest));
 }
 

@@ -2,6 +2,8 @@
  * order, so the same bits. */
 #include "match/kd_judge.h"
 
+#include "match/kd_frame.h"
+
 /* As fmaxf(), which a call and its care for NaN make slow. */
 VECTORS_INLINE float higher(float x, float y)
 {
@@ -36,6 +38,9 @@ VECTORS_INLINE int32_t group_any(size_t dims, const float *low, const float *hig
         add_squares(low, high, query[0], sum);
         add_squares(low + KD_WIDTH, high + KD_WIDTH, query[1], sum);
         add_squares(low + last, high + last, query[2], sum);
+    } else if (dims == KD_FRAME_DIMS) { /* points of spectra */
+        for (size_t dim = 0; dim < KD_FRAME_DIMS; dim++)
+            add_squares(low + dim * KD_WIDTH, high + dim * KD_WIDTH, query[dim], sum);
     } else {
         for (size_t dim = 0; dim < dims; dim++)
             add_squares(low + dim * KD_WIDTH, high + dim * KD_WIDTH, query[dim], sum);

@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "base/parallel.h"
+#include "base/vectors.h"
 #include "colour/delta_e.h"
 #include "colour/delta_e_box.h"
 #include "colour/srgb.h"
@@ -31,6 +32,7 @@ struct nearest {
     double *code;                  /* [n][3] coded sRGB, 0..255, for the rgb kinds */
     double extent;                 /* largest |L*|, |a*| or |b*|, for de2000 */
     struct components *components; /* for spectra */
+    overlap_sum *sum;              /* the same */
     struct kd_tree *tree;          /* NULL where values are beyond it */
 };
 
@@ -136,9 +138,11 @@ enum status nearest_open(const struct table *table, enum match_by by, struct nea
     struct nearest *nearest = calloc(1, sizeof *nearest);
     if (nearest == NULL)
         return STATUS_NO_MEMORY;
-    *nearest = (struct nearest){
-        .table = table, .by = by, .colour = { table->L, table->a, table->b }, .step = 1
-    };
+    *nearest = (struct nearest){ .table = table,
+                                 .by = by,
+                                 .colour = { table->L, table->a, table->b },
+                                 .step = 1,
+                                 .sum = overlap_sum_by(vectors_best()) };
     enum status s = prepare(nearest);
     if (s != STATUS_OK) {
         nearest_close(nearest);
@@ -193,8 +197,8 @@ static double look_at_spectrum(void *context, size_t row)
     const double bands = (double)search->overlap.n;
     double limit = bands * best_limit_square(&search->best);
     search->work.rows++;
-    double sum = overlap_sum_of_squares(&search->overlap,
-                                        table_spectrum(search->nearest->table, row), limit);
+    double sum =
+        search->nearest->sum(&search->overlap, table_spectrum(search->nearest->table, row), limit);
     if (sum <= limit)
         best_offer(&search->best, row, sqrt(sum / bands));
     return search->root_bands * best_limit(&search->best);

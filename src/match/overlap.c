@@ -4,6 +4,19 @@
 #include <math.h>
 #include <stdbool.h>
 
+/* Where the spectrum has all of the table's bands, though it may not have been measured at all. */
+static void lay_all(const double *value, size_t bands, struct overlap *ret)
+{
+    for (size_t i = 0; i < bands; i++) {
+        bool measured = !isnan(value[i]);
+        ret->value[i] = measured ? value[i] : 0.0;
+        ret->weight[i] = measured ? 1.0 : 0.0;
+        ret->n += measured ? 1 : 0;
+    }
+    for (size_t i = bands; i < ret->padded; i++)
+        ret->value[i] = ret->weight[i] = 0.0;
+}
+
 void overlap_init(const struct table *table, const struct spectrum *s, struct overlap *ret)
 {
     const struct recipe *recipe = &table->recipe;
@@ -13,6 +26,10 @@ void overlap_init(const struct table *table, const struct spectrum *s, struct ov
     alike = alike && first < s->n;
     ret->n = 0;
     ret->padded = table->stride;
+    if (alike && recipe->bands <= s->n - first) {
+        lay_all(s->value + first, recipe->bands, ret);
+        return;
+    }
     for (size_t i = 0; i < table->stride; i++) {
         size_t j = s->n;
         if (i < recipe->bands && alike)
@@ -24,4 +41,25 @@ void overlap_init(const struct table *table, const struct spectrum *s, struct ov
         ret->weight[i] = both ? 1.0 : 0.0;
         ret->n += both ? 1 : 0;
     }
+}
+
+static double sum_plain(const struct overlap *o, const float *row, double limit)
+{
+    return overlap_sum_of_squares(o, row, limit);
+}
+
+VECTORS_AVX2 static double sum_avx2(const struct overlap *o, const float *row, double limit)
+{
+    return overlap_sum_of_squares(o, row, limit);
+}
+
+VECTORS_AVX512 static double sum_avx512(const struct overlap *o, const float *row, double limit)
+{
+    return overlap_sum_of_squares(o, row, limit);
+}
+
+overlap_sum *overlap_sum_by(enum vectors kind)
+{
+    static overlap_sum *const of[VECTORS_KINDS] = { sum_plain, sum_avx2, sum_avx512 };
+    return of[kind];
 }

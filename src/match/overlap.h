@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "base/spectrum.h"
+#include "base/vectors.h"
 #include "match/table.h"
 
 /* Weight 1 where both have the band and it was measured, else value and weight 0.
@@ -18,7 +19,8 @@ void overlap_init(const struct table *table, const struct spectrum *spectrum, st
 
 /* Sum of squared differences from a row, given up as soon as it exceeds limit (then
  * only > limit).  The same to the last bit whatever the limit that it does not exceed. */
-static inline double overlap_sum_of_squares(const struct overlap *o, const float *row, double limit)
+VECTORS_INLINE double overlap_sum_of_squares(const struct overlap *o, const float *row,
+                                             double limit)
 {
     double sum = 0.0;
     for (size_t i = 0; i + TABLE_BLOCK <= o->padded && sum <= limit; i += TABLE_BLOCK) {
@@ -32,5 +34,9 @@ static inline double overlap_sum_of_squares(const struct overlap *o, const float
     }
     return sum;
 }
+
+/* The same, to the last bit, by a kind of vectors that the processor has. */
+typedef double overlap_sum(const struct overlap *o, const float *row, double limit);
+overlap_sum *overlap_sum_by(enum vectors kind);
 
 #endif
