@@ -84,9 +84,23 @@ def python_with(*modules):
     return PYTHON if _told(_imports(*modules), ", ".join(_PIP[x] for x in modules)) else None
 
 
+def _command(python, name, arguments):
+    program = os.path.join(os.path.dirname(os.path.abspath(__file__)), "peers", name)
+    return [python, "-B", program, *arguments]
+
+
+def _one_core():
+    one = {x: "1" for x in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
+    return {**os.environ, **one}
+
+
 def run(python, name, *arguments):
     """What peers/NAME prints, run on one core: small matrices are slower on several."""
-    program = os.path.join(os.path.dirname(os.path.abspath(__file__)), "peers", name)
-    one = {x: "1" for x in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
-    return subprocess.run([python, "-B", program, *arguments], check=True, stdout=subprocess.PIPE,
-                          text=True, env={**os.environ, **one}).stdout  # fmt: skip
+    return subprocess.run(_command(python, name, arguments), check=True, stdout=subprocess.PIPE,
+                          text=True, env=_one_core()).stdout  # fmt: skip
+
+
+def start(python, name, *arguments):
+    """The same, running: it answers each line of its input with one."""
+    return subprocess.Popen(_command(python, name, arguments), stdin=subprocess.PIPE,
+                            stdout=subprocess.PIPE, text=True, env=_one_core())  # fmt: skip

@@ -1,18 +1,21 @@
 /* search.c - exact nearest rows of a large table: ours beside nanoflann, in one program by turns.
  *
- *     search ROWS [FOLDER]
+ *     search ROWS [FOLDER [turns]]
  *
  * ROWS is a cube (100 for 1 000 000): two-layer skins, Cm and Ch evenly in the logarithm.  Two
  * sorts of queries: `near` a row (dE*ab 0.5 to 1, or spectra with noise of 0.002) and `off` the
  * surface (dE*ab 3 to 10, or smoothly by 0.02 to 0.05 rms), as real skin is.  Nanoseconds a
  * query of CPU time, the median of the rounds, one thread.  With FOLDER the spectra and queries are
- * left there as floats, for peers that are other programs.  With NO_PEER set spectra only. */
+ * left there as floats, for peers that are other programs.  With NO_PEER set spectra only.  With
+ * `turns` only the nearest by spectrum is timed, a round for each line of its input after it has
+ * said "ready": so a peer can have the other turns. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
+#include "base/huge_pages.h"
 #include "match/nearest.h"
 #include "tests/bench/peers/nanoflann.h"
 #include "tests/support/skin_queries.h"
@@ -155,6 +158,34 @@ static void show_beside_peer(const struct table *t, const struct queries *q)
     nearest_close(nearest);
 }
 
+/* A round for each line of the input. */
+static void take_turns(const struct table *t, const struct queries *q)
+{
+    char line[64];
+    struct nearest *nearest = open_ours(t, MATCH_SPECTRUM);
+    puts("ready");
+    fflush(stdout);
+    while (fgets(line, sizeof line, stdin) != NULL) {
+        for (int sort = 0; sort < 2; sort++) {
+            double took, rows, judged;
+            time_ours(nearest, &q[sort], 1, &took, &rows, &judged);
+            printf("%s %.0f ", q[sort].what, took);
+        }
+        puts("");
+        fflush(stdout);
+    }
+    nearest_close(nearest);
+}
+
+static void show_all(const struct table *t, const struct queries *q)
+{
+    if (getenv("NO_PEER") == NULL) {
+        show_beside_peer(t, q);
+        show_ours(t, MATCH_LAB, q);
+    }
+    show_ours(t, MATCH_SPECTRUM, q);
+}
+
 /* ---- for other programs ----------------------------------------------------------------- */
 
 static void leave(const char *folder, const char *name, size_t n, size_t stride, size_t bands,
@@ -183,11 +214,16 @@ static void leave_queries(const char *folder, const struct queries *q)
 
 int main(int argc, char **argv)
 {
-    static struct queries q[2] = { { .what = "near" }, { .what = "off" } };
+    /* On large pages, as rows are: it is not the look-up of a question's page that is timed. */
+    struct queries *q = huge_pages_alloc(2, sizeof *q);
     struct table table;
     size_t side = argc > 1 ? strtoul(argv[1], NULL, 10) : 0;
     if (side < 2 || side > 400)
         fail("say how many values an axis has: 100 for a million rows");
+    if (q == NULL)
+        fail("no memory for questions");
+    q[0].what = "near";
+    q[1].what = "off";
     make_table(side, &table);
     for (int sort = 0; sort < 2; sort++)
         skin_queries(&table, sort == 1, QUERIES, q[sort].query);
@@ -196,11 +232,11 @@ int main(int argc, char **argv)
         leave_queries(argv[2], &q[0]);
         leave_queries(argv[2], &q[1]);
     }
-    if (getenv("NO_PEER") == NULL)
-        show_beside_peer(&table, q);
-    if (getenv("NO_PEER") == NULL)
-        show_ours(&table, MATCH_LAB, q);
-    show_ours(&table, MATCH_SPECTRUM, q);
+    if (argc > 3)
+        take_turns(&table, q);
+    else
+        show_all(&table, q);
+    free(q);
     table_done(&table);
     return 0;
 }

@@ -4,6 +4,7 @@ import os
 import re
 import statistics
 import subprocess
+import sys
 
 import environment
 import places
@@ -11,12 +12,55 @@ from report import heading, row
 
 SIDE = 100  # values an axis: a million rows
 TIMES_NANOFLANN, TIMES_BALLTREE = 2, 50
+SPECTRA_ROUNDS = 5
 
 
 def ns_of(output, pattern):
     """Figures by sort of question, near and off, from the lines that match."""
     return {found[1]: [float(x) for x in found.groups()[1:]]
             for found in re.finditer(pattern, output, re.MULTILINE)}  # fmt: skip
+
+
+def wait_ready(worker):
+    for line in worker.stdout:
+        if line.strip() == "ready":
+            return
+    sys.exit("bench: a search ended before it was ready")
+
+
+def turn(worker):
+    """Figures by sort of question from one round: near NS .. off NS .."""
+    print(file=worker.stdin, flush=True)
+    said = {}
+    for word in worker.stdout.readline().split():
+        if word.isdigit():
+            said[list(said)[-1]].append(float(word))
+        else:
+            said[word] = []
+    return said
+
+
+def show_spectra(program, folder, python):
+    """Rounds by turns with BallTree, medians; its best leaf for each sort of question."""
+    workers = [
+        subprocess.Popen([program, str(SIDE), folder, "turns"], stdin=subprocess.PIPE,
+                         stdout=subprocess.PIPE, text=True),  # fmt: skip
+        environment.start(python, "balltree.py", folder, "31", "1000"),
+    ]
+    for worker in workers:
+        wait_ready(worker)
+    rounds = [[turn(worker) for worker in workers] for _ in range(SPECTRA_ROUNDS)]
+    for worker in workers:
+        worker.stdin.close()
+        worker.wait()
+    for sort in rounds[0][0]:
+        ours = statistics.median(r[0][sort][0] for r in rounds)
+        peers = [statistics.median(leaf) for leaf in zip(*(r[1][sort] for r in rounds))]
+        times = min(peers) / ours
+        row(f"spectrum, {sort}: ours", f"{ours:.0f} ns")
+        row(f"spectrum, {sort}: BallTree, by leaf size", " ".join(f"{x:.0f}" for x in peers))
+        row(f"spectrum, {sort}: times BallTree", f"{times:.1f}", f">= {TIMES_BALLTREE}",
+            times >= TIMES_BALLTREE)  # fmt: skip
 
 
 def show():
@@ -36,11 +80,4 @@ def show():
     python = environment.python_with("sklearn")
     if python is None:
         return
-    peer = ns_of(environment.run(python, "balltree.py", folder, "31", "1000"), r"^(\w+) (\d+)")
-    again = subprocess.check_output([program, str(SIDE)], text=True, env={**os.environ, "NO_PEER": "1"})
-    for sort in peer:  # ours before the peer and after it
-        ours = statistics.mean(ns_of(x, r"^spectrum +(\w+) +k=1 +(\d+) ns")[sort][0] for x in (output, again))
-        times = peer[sort][0] / ours
-        row(f"spectrum, {sort}: ours, BallTree", f"{ours:.0f} {peer[sort][0]:.0f} ns")
-        row(f"spectrum, {sort}: times BallTree", f"{times:.1f}", f">= {TIMES_BALLTREE}",
-            times >= TIMES_BALLTREE)  # fmt: skip
+    show_spectra(program, folder, python)
