@@ -8,7 +8,7 @@
 
 enum { DIMS = KD_TREE_MAX_DIMS, DIRECTIONS = KD_FRAME_DIRECTIONS, ROUNDS = 6 };
 
-/* ---- directions -------------------------------------------------------------------- */
+/* ---- directions --------------------------------------------------------------------- */
 
 static double dot(const double x[DIMS], const double y[DIMS])
 {
@@ -102,7 +102,7 @@ void kd_frame_make(size_t dims, size_t n, const float *point, size_t stride, str
             ret->direction[which][i] = (float)direction[which][i];
 }
 
-/* ---- points ------------------------------------------------------------------------ */
+/* ---- points ------------------------------------------------------------------------- */
 
 enum { LANES = VECTORS_LANES };
 

@@ -27,7 +27,7 @@ static float higher(float x, float y)
     return x > y ? x : y;
 }
 
-/* ---- the order of rows ---------------------------------------------------------------------- */
+/* ---- the order of rows -------------------------------------------------------------- */
 
 /* Points are moved as a whole, their row behind them: what is compared then stands in a line. */
 union word {
@@ -193,7 +193,7 @@ static enum status take_points(struct builder *b)
     return parallel_run(pieces, b->rows->threads, take_piece, b);
 }
 
-/* ---- boxes ------------------------------------------------------------------------------ */
+/* ---- boxes -------------------------------------------------------------------------- */
 
 struct placing {
     struct kd_tree *tree;
@@ -278,7 +278,7 @@ static void place_boxes_of_frames(struct kd_tree *tree, const struct builder *b)
     }
 }
 
-/* ---- fields ----------------------------------------------------------------------------- */
+/* ---- fields ------------------------------------------------------------------------- */
 
 float kd_float_below(double x)
 {
@@ -326,7 +326,7 @@ static void place_ends(struct kd_tree *tree, unsigned level)
         }
 }
 
-/* ---- all of it -------------------------------------------------------------------------- */
+/* ---- all of it ---------------------------------------------------------------------- */
 
 /* Zeros for what is past the end. */
 static float *zeros(size_t floats)

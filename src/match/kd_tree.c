@@ -40,7 +40,7 @@ static float threshold(const struct visit *v, double distance)
     return (float)(reach * reach * (1.0 + 1e-5) + (double)FLT_MIN);
 }
 
-/* ---- one group -------------------------------------------------------------------------- */
+/* ---- one group ---------------------------------------------------------------------- */
 
 /* Bounds of the caller's as keys.  What is not above 0, or not a number, is near. */
 static int32_t judge_by_bound(const struct visit *v, const float *low, const float *high,
@@ -99,7 +99,7 @@ static bool row_in_range(const struct visit *v, size_t row)
     return true;
 }
 
-/* ---- all of them ------------------------------------------------------------------------ */
+/* ---- all of them -------------------------------------------------------------------- */
 
 static void look_at(struct visit *v, size_t entry)
 {
