@@ -263,17 +263,38 @@ static bool run_by(enum quick_vectors v, const struct quick_job *q, enum quick_k
                              : run_plain(q, kernel);
 }
 
-/* ---- what is out of range ---------------------------------------------------------------- */
+_Static_assert((int)QUICK_AVX2 == (int)VECTORS_WITH_AVX2 &&
+                   (int)QUICK_AVX512 == (int)VECTORS_WITH_AVX512,
+               "one order");
 
-/* By model_slopes(), its rows laid out as here. */
-static enum status slow_slopes(const struct model *model, const struct tissue *t,
-                               const struct chromophores *c, unsigned wanted, double *scratch,
-                               double *R, double *J)
+/* ---- other models, and what is out of range ----------------------------------------- */
+
+/* As model_slopes() and model_reflectance(), for models of N streams. */
+static enum status lanes_slopes(const struct quick *q, const struct tissue *t, unsigned wanted,
+                                double *scratch, double *R, double *J)
 {
-    size_t n = c->n, stride = QUICK_STRIDE(n);
+    struct medium m;
+    struct slopes dR = slopes_in(scratch + MEDIUM_SCRATCH(q->c->n), q->c->n);
+    enum status s = tissue_medium(t, q->c, scratch, &m);
+    if (s != STATUS_OK)
+        return s;
+    if (wanted == 0)
+        return transport_lanes_reflectance(&q->lanes, &m, R);
+    s = transport_lanes_slopes(&q->lanes, &m, R, &dR);
+    if (s == STATUS_OK)
+        tissue_slopes(t, q->c, &m, &dR, J);
+    return s;
+}
+
+/* Rows of another model laid out as here. */
+static enum status slow_slopes(const struct quick *q, const struct tissue *t, unsigned wanted,
+                               double *scratch, double *R, double *J)
+{
+    size_t n = q->c->n, stride = QUICK_STRIDE(n);
     double *rows = scratch + MODEL_SLOPES_SCRATCH(n);
-    enum status s = wanted == 0 ? model_reflectance(model, t, c, scratch, R)
-                                : model_slopes(model, t, c, scratch, R, rows);
+    enum status s = q->by_lanes   ? lanes_slopes(q, t, wanted, scratch, R, rows)
+                    : wanted == 0 ? model_reflectance(q->model, t, q->c, scratch, R)
+                                  : model_slopes(q->model, t, q->c, scratch, R, rows);
     if (s != STATUS_OK)
         return s;
     for (size_t i = n; i < stride; i++)
@@ -289,10 +310,15 @@ static enum status slow_slopes(const struct model *model, const struct tissue *t
 void quick_init(const struct model *model, const struct chromophores *c, double eta,
                 struct quick *ret)
 {
-    *ret = (struct quick){ .model = model, .c = c, .eta = eta, .vectors = best_vectors() };
+    ret->model = model;
+    ret->c = c;
+    ret->eta = eta;
+    ret->vectors = best_vectors();
     ret->formulas =
         model->quick != MODEL_QUICK_NONE && dipole_A(eta, &ret->A) == STATUS_OK && eta <= 3.7;
     ret->entering = 1.0 - dipole_Rs(eta);
+    ret->by_lanes =
+        model->streams > 0 && transport_lanes_init(model->streams, eta, &ret->lanes) == STATUS_OK;
 }
 
 /* Which loops, for the parameters that are wanted of a skin and change it. */
@@ -314,7 +340,7 @@ enum status quick_skin(const struct quick *q, const struct tissue *t, unsigned w
     size_t stride = QUICK_STRIDE(c->n);
     double *slow_scratch = scratch + 9 * stride;
     if (!q->formulas || tissue_check(t) != STATUS_OK)
-        return slow_slopes(q->model, t, c, wanted, slow_scratch, R, J);
+        return slow_slopes(q, t, wanted, slow_scratch, R, J);
     bool two = q->model->quick == MODEL_QUICK_TWO_LAYER;
     /* Parameters that this skin or model does not look at: their rows are 0. */
     unsigned without = two ? 0 : QUICK_WANT(TISSUE_EPIDERMIS_MM);
@@ -341,7 +367,7 @@ enum status quick_skin(const struct quick *q, const struct tissue *t, unsigned w
         .wanted = wanted & ~without,
     };
     if (!run_by(q->vectors, &job, kernel_for(q->model->quick, job.wanted)))
-        return slow_slopes(q->model, t, c, wanted, slow_scratch, R, J);
+        return slow_slopes(q, t, wanted, slow_scratch, R, J);
     for (size_t i = c->n; i < stride; i++)
         R[i] = 0.0;
     if (wanted & without)
@@ -358,6 +384,7 @@ enum status quick_slopes_by(enum quick_vectors v, const struct model *model, con
     struct quick q;
     quick_init(model, c, t->eta, &q);
     q.vectors = v;
+    q.lanes.vectors = (enum vectors)v;
     return quick_skin(&q, t, wanted, scratch, R, J);
 }
 

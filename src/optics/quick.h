@@ -12,7 +12,9 @@
  *   two-layer    k1 d from 1/128, k1/sigma_t1' from 1/64, sigma_t1' d up to 150,
  *                sigma_s1'/sigma_t1' from 1/64 where scattering_a or _b is wanted
  *   half-space   sigma_a/sigma_t' from 1e-10, eta up to 3.7
- *   epidermis    (optics/opaque.h) k1/sigma_t1' from 1/64 */
+ *   epidermis    (optics/opaque.h) k1/sigma_t1' from 1/64
+ *   transport-N  as optics/transport_lanes.h has it: bands beyond its range alone are the plain
+ *                model's; slopes are within what it states */
 #ifndef SKINSPEC_OPTICS_QUICK_H
 #define SKINSPEC_OPTICS_QUICK_H
 
@@ -21,6 +23,7 @@
 
 #include "base/status.h"
 #include "optics/model.h"
+#include "optics/transport_lanes.h"
 
 /* A row of n bands takes so many doubles: whole vectors.  What is past n is 0. */
 #define QUICK_STRIDE(n) (((n) + CHROMOPHORES_LANES - 1) / CHROMOPHORES_LANES * CHROMOPHORES_LANES)
@@ -43,6 +46,8 @@ struct quick {
     bool formulas;      /* there are quick ones; else all is model_slopes()'s */
     double A, entering; /* of the surface: optics/dipole.h; the share that is not mirrored */
     enum quick_vectors vectors; /* the last that the processor has */
+    bool by_lanes;              /* all is optics/transport_lanes.h's */
+    struct transport_lanes lanes;
 };
 
 /* The model and the chromophores are used as long as *ret is. */

@@ -288,7 +288,7 @@ static bool layer(const struct layer_job *job, bool dermis)
                                                   : layer_plain(job, dermis);
 }
 
-/* ---- transport ------------------------------------------------------------------------- */
+/* ---- transport ---------------------------------------------------------------------- */
 
 /* Of one layer eight bands after the other, as tissue_medium() has their coefficients. */
 static bool transport_epidermis(const struct shared_layers *s, double Cm, double Bm, double *ret)

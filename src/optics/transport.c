@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdbool.h>
 
+#include "optics/albedo_chain.h"
 #include "optics/dipole.h"
 #include "optics/layers.h"
 
@@ -20,38 +21,25 @@ static void lay(const struct streams *s, double sigma_a, double sigma_s_prime, d
 
 /* ---- epidermis over dermis ------------------------------------------------------- */
 
-/* a1 - a2 to full relative accuracy, also of layers nearly alike: Kahan's difference of products
- * (Jeannerod, Louvet, Muller, Math. Comp. 82, 2245, 2013). */
-static double albedo_step(const struct medium *m, size_t i)
-{
-    double a1 = m->sigma_a_epidermis[i], s1 = m->sigma_s_prime_epidermis[i];
-    double a2 = m->sigma_a_dermis[i], s2 = m->sigma_s_prime_dermis[i];
-    double product = s2 * a1, lost = fma(-s2, a1, product);
-    return (fma(s1, a2, -product) + lost) / (a1 + s1) / (a2 + s2);
-}
-
-/* The chain rule from a1, tau1 and a2, of which R is a function. */
+/* The slopes of band i. */
 static void chain(const struct streams *s, const struct layers *l, const struct medium *m, size_t i,
                   const struct slopes *dR)
 {
     const struct layer *epidermis = &l->layer[0], *dermis = &l->layer[1];
-    double by_a1 = layers_slope_albedo(s, epidermis), by_a2 = layers_slope_albedo(s, dermis);
-    double by_tau = albedo_step(m, i) * layers_at_bottom(s, epidermis);
-    double sigma_a = m->sigma_a_epidermis[i], sigma_s = m->sigma_s_prime_epidermis[i];
-    double sigma_t = sigma_a + sigma_s, d = m->epidermis_mm;
-    dR->sigma_a_epidermis[i] = d * by_tau - sigma_s / sigma_t * (by_a1 / sigma_t);
-    dR->sigma_s_prime_epidermis[i] = d * by_tau + sigma_a / sigma_t * (by_a1 / sigma_t);
-    dR->epidermis_mm[i] = sigma_t * by_tau;
-    sigma_a = m->sigma_a_dermis[i];
-    sigma_s = m->sigma_s_prime_dermis[i];
-    sigma_t = sigma_a + sigma_s;
-    if (sigma_a / sigma_t > 0.0) {
-        dR->sigma_a_dermis[i] = -(sigma_s / sigma_t) * (by_a2 / sigma_t);
-        dR->sigma_s_prime_dermis[i] = sigma_a / sigma_t * (by_a2 / sigma_t);
-    } else {
-        dR->sigma_a_dermis[i] = -INFINITY;
-        dR->sigma_s_prime_dermis[i] = 0.0;
-    }
+    struct medium one = { 1,
+                          m->epidermis_mm,
+                          m->eta,
+                          m->sigma_a_epidermis + i,
+                          m->sigma_a_dermis + i,
+                          m->sigma_s_prime_epidermis + i,
+                          m->sigma_s_prime_dermis + i };
+    struct slopes by = { .sigma_a_epidermis = dR->sigma_a_epidermis + i,
+                         .sigma_a_dermis = dR->sigma_a_dermis + i,
+                         .sigma_s_prime_epidermis = dR->sigma_s_prime_epidermis + i,
+                         .sigma_s_prime_dermis = dR->sigma_s_prime_dermis + i,
+                         .epidermis_mm = dR->epidermis_mm + i };
+    albedo_chain(&one, layers_slope_albedo(s, epidermis), layers_slope_albedo(s, dermis),
+                 layers_at_bottom(s, epidermis), &by);
 }
 
 static enum status bands(int streams, const struct medium *m, double *R, const struct slopes *dR)

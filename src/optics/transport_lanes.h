@@ -16,8 +16,8 @@
  *   R         within 1e-12 of itself of what optics/transport.h has where R is 0.002 or more,
  * within 2e-15 where it is less; on human skin within 1e-13
  *
- * The same bits whatever stands beside a band and with AVX2 and AVX-512, and within 1e-13 of R of
- * them without (docs/decisions/0012). */
+ * Nothing is allocated; a call takes about 0.5 MB of stack.  The same bits whatever stands beside a
+ * band and with AVX2 and AVX-512, and within 1e-13 of R of them without (docs/decisions/0012). */
 #ifndef SKINSPEC_OPTICS_TRANSPORT_LANES_H
 #define SKINSPEC_OPTICS_TRANSPORT_LANES_H
 
@@ -25,6 +25,7 @@
 
 #include "base/status.h"
 #include "base/vectors.h"
+#include "optics/slopes.h"
 #include "optics/streams.h"
 #include "optics/tissue.h"
 
@@ -65,5 +66,10 @@ void transport_lanes_join(const struct transport_lanes *t, const double *epiderm
  * was made for.  STATUS_RANGE as there. */
 enum status transport_lanes_reflectance(const struct transport_lanes *t, const struct medium *m,
                                         double *R);
+
+/* The same R to the last bit, and its derivatives: within 1e-11 of those of transport_slopes(), or
+ * of R (0.002 where it is less) per relative change of the layer's coefficients or thickness. */
+enum status transport_lanes_slopes(const struct transport_lanes *t, const struct medium *m,
+                                   double *R, const struct slopes *dR);
 
 #endif

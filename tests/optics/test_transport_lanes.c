@@ -46,11 +46,54 @@ static unsigned solve(const struct transport_lanes *t, const struct skin *s, dou
     return beyond;
 }
 
-static double plain(int streams, struct skin s)
+enum { BY_SIGMA_A1, BY_SIGMA_S1, BY_SIGMA_A2, BY_SIGMA_S2, BY_D, SLOPES };
+
+/* The slopes of LANES skins, to each its own. */
+static void solve_slopes(const struct transport_lanes *t, const struct skin *s, double *R,
+                         double (*by)[LANES])
+{
+    double a1[LANES], s1[LANES], a2[LANES], s2[LANES];
+    struct medium m = { LANES, s[0].d_mm, s[0].eta, a1, a2, s1, s2 };
+    struct slopes dR = { .sigma_a_epidermis = by[BY_SIGMA_A1],
+                         .sigma_a_dermis = by[BY_SIGMA_A2],
+                         .sigma_s_prime_epidermis = by[BY_SIGMA_S1],
+                         .sigma_s_prime_dermis = by[BY_SIGMA_S2],
+                         .epidermis_mm = by[BY_D] };
+    for (size_t l = 0; l < LANES; l++) {
+        a1[l] = s[l].sigma_a1;
+        s1[l] = s[l].sigma_s1;
+        a2[l] = s[l].sigma_a2;
+        s2[l] = s[l].sigma_s2;
+    }
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, transport_lanes_slopes(t, &m, R, &dR));
+}
+
+/* What is promised of the slopes. */
+static void assert_slopes(struct skin s, double R, const double expect[SLOPES], double (*by)[LANES],
+                          size_t lane)
+{
+    const double size[SLOPES] = { s.sigma_a1 + s.sigma_s1, s.sigma_a1 + s.sigma_s1,
+                                  s.sigma_a2 + s.sigma_s2, s.sigma_a2 + s.sigma_s2, s.d_mm };
+    for (int k = 0; k < SLOPES; k++) {
+        char what[256], skin[160];
+        double most = 1e-11 * fmax(fabs(expect[k]), fmax(R, 0.002) / size[k]);
+        skin_describe(skin, sizeof skin, s);
+        snprintf(what, sizeof what, "slope %d, %s: %.3g of %.3g", k, skin, by[k][lane] - expect[k],
+                 expect[k]);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(most, expect[k], by[k][lane], what);
+    }
+}
+
+static double plain_slopes(int streams, struct skin s, double by[SLOPES])
 {
     double R = NAN;
     struct medium m = { 1, s.d_mm, s.eta, &s.sigma_a1, &s.sigma_a2, &s.sigma_s1, &s.sigma_s2 };
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, transport_reflectance(streams, &m, &R));
+    struct slopes dR = { .sigma_a_epidermis = &by[BY_SIGMA_A1],
+                         .sigma_a_dermis = &by[BY_SIGMA_A2],
+                         .sigma_s_prime_epidermis = &by[BY_SIGMA_S1],
+                         .sigma_s_prime_dermis = &by[BY_SIGMA_S2],
+                         .epidermis_mm = &by[BY_D] };
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, transport_slopes(streams, &m, &R, &dR));
     return R;
 }
 
@@ -78,13 +121,19 @@ static void test_exact(void)
         snprintf(what, sizeof what, "transport_exact.csv, row %zu: %.3g off", i + 1,
                  R[0] / expect - 1.0);
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(promised(expect), expect, R[0], what);
+        double R_too[LANES], by[SLOPES][LANES], slope[SLOPES];
+        for (size_t k = 0; k < SLOPES; k++)
+            slope[k] = figures_at(&f, i, 8 + k);
+        solve_slopes(&t, s, R_too, by);
+        TEST_ASSERT_EQUAL_MEMORY(R, R_too, sizeof R);
+        assert_slopes(s[0], expect, slope, by, LANES - 1);
         looked_at++;
     }
     TEST_ASSERT_GREATER_THAN(60, looked_at);
     figures_done(&f);
 }
 
-/* ---- against the plain model ------------------------------------------------------------- */
+/* ---- against the plain model -------------------------------------------------------- */
 
 static const struct run {
     int streams;
@@ -137,7 +186,7 @@ static void test_edges(void)
             for (size_t k = 0; k < PAIRS; k++) {
                 struct transport_lanes t;
                 struct skin s[LANES];
-                double R[LANES], a1 = albedo[k % EACH];
+                double R[LANES], by[SLOPES][LANES], a1 = albedo[k % EACH];
                 TEST_ASSERT_EQUAL_INT(STATUS_OK, transport_lanes_init(streams, eta[e], &t));
                 for (size_t l = 0; l < LANES; l++) {
                     double a2 = albedo[l % EACH];
@@ -146,9 +195,11 @@ static void test_edges(void)
                                        1e-3 * tau[k / EACH], eta[e] };
                 }
                 TEST_ASSERT_EQUAL_UINT(0, solve(&t, s, R));
+                solve_slopes(&t, s, R, by);
                 for (size_t l = 0; l < EACH; l++) {
                     char what[256], skin[160];
-                    double expect = plain(streams, s[l]);
+                    double slope[SLOPES], expect = plain_slopes(streams, s[l], slope);
+                    assert_slopes(s[l], expect, slope, by, l);
                     skin_describe(skin, sizeof skin, s[l]);
                     snprintf(what, sizeof what, "%d, %s: %.3g of %.3g", streams, skin,
                              R[l] - expect, expect);
@@ -157,7 +208,7 @@ static void test_edges(void)
             }
 }
 
-/* ---- against itself ---------------------------------------------------------------------- */
+/* ---- against itself ----------------------------------------------------------------- */
 
 static void eight_skins(struct dice *dice, struct skin *s)
 {
@@ -179,9 +230,10 @@ static void test_same_bits(void)
     TEST_ASSERT_EQUAL_INT(STATUS_OK, transport_lanes_init(8, 1.4, &t));
     for (int i = 0; i < 100; i++) {
         struct skin s[LANES], turned[LANES];
-        double R[LANES], other[LANES];
+        double R[LANES], other[LANES], by_s[SLOPES][LANES], slope[SLOPES][LANES];
         eight_skins(&dice, s);
         TEST_ASSERT_EQUAL_UINT(0, solve(&t, s, R));
+        solve_slopes(&t, s, R, by_s);
         for (enum vectors v = VECTORS_PLAIN; v < VECTORS_KINDS; v++) {
             struct transport_lanes by = t;
             by.vectors = v;
@@ -191,6 +243,10 @@ static void test_same_bits(void)
             bool same = v != VECTORS_PLAIN && t.vectors != VECTORS_PLAIN;
             for (size_t l = 0; l < LANES; l++)
                 TEST_ASSERT_DOUBLE_WITHIN(same ? 0.0 : 1e-13, R[l], other[l]);
+            solve_slopes(&by, s, other, slope);
+            for (size_t k = 0; k < SLOPES; k++)
+                for (size_t l = 0; l < LANES; l++)
+                    TEST_ASSERT_DOUBLE_WITHIN(same ? 0.0 : 1e-12, by_s[k][l], slope[k][l]);
         }
         eight_skins(&dice, turned);
         for (size_t l = 0; l < LANES; l += 2)
@@ -201,7 +257,7 @@ static void test_same_bits(void)
     }
 }
 
-/* ---- ranges ------------------------------------------------------------------------------ */
+/* ---- ranges ------------------------------------------------------------------------- */
 
 /* Bands that are not within are the plain model's to the last bit, the others as ever. */
 static void test_bands_beyond(void)
@@ -229,6 +285,15 @@ static void test_bands_beyond(void)
         TEST_ASSERT_EQUAL_MEMORY(beyond ? &expect[i] : &whole[i], &R[i], sizeof *R);
         TEST_ASSERT_TRUE(beyond == (R[i] != whole[i]));
     }
+    enum { ALL = 55 };
+    double ours[ALL], theirs[ALL];
+    const struct slopes dR = slopes_in(ours, N), dR_plain = slopes_in(theirs, N);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, transport_lanes_slopes(&t, &m, whole, &dR));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, transport_slopes(8, &m, expect, &dR_plain));
+    TEST_ASSERT_EQUAL_MEMORY(R, whole, sizeof R);
+    for (size_t k = 0; k < ALL; k++)
+        if (k % N == 0 || k % N == 3 || k % N == 5 || k % N == 10)
+            TEST_ASSERT_EQUAL_MEMORY(&theirs[k], &ours[k], sizeof *ours);
     m.epidermis_mm = 0.0;
     TEST_ASSERT_EQUAL_INT(STATUS_OK, transport_lanes_reflectance(&t, &m, R));
     TEST_ASSERT_EQUAL_INT(STATUS_OK, transport_reflectance(8, &m, expect));
