@@ -25,8 +25,7 @@ extern "C" {
 #include "optics/slopes.h"
 #include "optics/tissue.h"
 #include "optics/tissue_slopes.h"
-#include "optics/transport.h"       /* radiative transfer in layers */
-#include "optics/transport_lanes.h" /* the same, eight bands side by side */
+#include "optics/transport.h" /* radiative transfer in layers */
 #include "optics/two_layer.h"
 
 #include "colour/cie_tables.h" /* observers and illuminants */
