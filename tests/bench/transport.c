@@ -1,5 +1,6 @@
 /* transport.c - one wavelength of a two-layer skin with 8 streams: the model transport-8 beside its
- * plain twin, adding and doubling (tests/support/doubling.h).
+ * plain twin, adding and doubling (tests/support/doubling.h); and both by lanes of bands
+ * (optics/transport_lanes.h), R alone, with slopes, and of layers that are there already.
  *
  *     transport [SKINS] [ROUNDS]
  *
@@ -13,6 +14,7 @@
 
 #include "optics/chromophores.h"
 #include "optics/transport.h"
+#include "optics/transport_lanes.h"
 #include "tests/support/dice.h"
 #include "tests/support/doubling.h"
 
@@ -68,6 +70,61 @@ static double by_twin(const struct medium *m, double *R)
     return now_us() - began;
 }
 
+/* ---- by lanes ---------------------------------------------------------------------- */
+
+enum way { PLAIN_R, LANES_R, PLAIN_SLOPES, LANES_SLOPES, LANES_JOIN, WAYS };
+static const char *const way_name[WAYS] = { "R", "R by lanes", "R and slopes",
+                                            "R and slopes by lanes", "R of layers made before" };
+
+static double by_way(enum way way, const struct transport_lanes *t, const struct medium *m)
+{
+    double R[BANDS], rows[SLOPES_SCRATCH(BANDS)], eight[VECTORS_LANES];
+    static double top[TRANSPORT_LANES_EPIDERMIS(8)], under[TRANSPORT_LANES_DERMIS(8)];
+    struct slopes dR = slopes_in(rows, BANDS);
+    enum status s = STATUS_OK;
+    if (way == LANES_JOIN) {
+        (void)transport_lanes_epidermis(t, m->sigma_a_epidermis, m->sigma_s_prime_epidermis,
+                                        m->epidermis_mm, top);
+        (void)transport_lanes_dermis(t, m->sigma_a_dermis, m->sigma_s_prime_dermis, under);
+    }
+    double began = now_us();
+    if (way == PLAIN_R)
+        s = transport_reflectance(8, m, R);
+    else if (way == LANES_R)
+        s = transport_lanes_reflectance(t, m, R);
+    else if (way == PLAIN_SLOPES)
+        s = transport_slopes(8, m, R, &dR);
+    else if (way == LANES_SLOPES)
+        s = transport_lanes_slopes(t, m, R, &dR);
+    else
+        for (size_t at = 0; at < BANDS; at += VECTORS_LANES)
+            transport_lanes_join(t, top, under, eight);
+    if (s != STATUS_OK)
+        exit(EXIT_FAILURE);
+    return now_us() - began;
+}
+
+static void show_lanes(size_t skins, size_t rounds, const struct chromophores *c)
+{
+    static double us[WAYS][MOST_ROUNDS];
+    double scratch[MEDIUM_SCRATCH(BANDS)];
+    struct transport_lanes t;
+    for (size_t r = 0; r < rounds; r++) {
+        struct dice dice = { 8 };
+        for (size_t i = 0; i < skins; i++) {
+            struct tissue one = skin(&dice);
+            struct medium m;
+            if (tissue_medium(&one, c, scratch, &m) != STATUS_OK ||
+                transport_lanes_init(8, m.eta, &t) != STATUS_OK)
+                exit(EXIT_FAILURE);
+            for (enum way way = PLAIN_R; way < WAYS; way++)
+                us[way][r] += by_way(way, &t, &m) / (double)(skins * BANDS);
+        }
+    }
+    for (enum way way = PLAIN_R; way < WAYS; way++)
+        printf("  %-24s %.3f us a wavelength\n", way_name[way], median(us[way], rounds));
+}
+
 int main(int argc, char **argv)
 {
     size_t skins = argc > 1 ? strtoul(argv[1], NULL, 10) : 100;
@@ -98,5 +155,6 @@ int main(int argc, char **argv)
         "  transport-8 %.2f us a wavelength, its plain twin %.2f us: %.1f times (bar: %.0f) %s\n",
         model, twin, twin / model, BAR, twin / model >= BAR ? "met" : "MISSED");
     printf("  at most %.1e of R apart\n", worst);
+    show_lanes(skins, rounds, &c);
     return worst < 5e-3 ? EXIT_SUCCESS : EXIT_FAILURE;
 }
