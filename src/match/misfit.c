@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "match/products.h"
+#include "match/start.h"
 
 /* Rows of J are taken by the numbers of the fit's parameters. */
 _Static_assert(SKIN_CM == (int)TISSUE_CM && SKIN_BM == (int)TISSUE_BM &&
@@ -216,13 +217,6 @@ static double inside(const struct misfit *m, size_t i, double x)
     return x > m->lo[i] ? (x < m->hi[i] ? x : m->hi[i]) : m->lo[i];
 }
 
-/* Where a step of the amount's root ends that begins like one of the amount from x to y. */
-static double by_root(double x, double y)
-{
-    double root = 0.5 * (1.0 + y / x);              /* over that of x */
-    return root > 0.3 ? x * root * root : 0.09 * x; /* not past 0 */
-}
-
 void misfit_approach(const struct misfit *m, double *x)
 {
     static const enum skin_parameter amount[] = { SKIN_CM, SKIN_CH, SKIN_SCATTERING_A };
@@ -237,7 +231,7 @@ void misfit_approach(const struct misfit *m, double *x)
     for (size_t k = 0; k < sizeof amount / sizeof *amount; k++)
         for (size_t i = m->first[amount[k]]; i < m->first[amount[k]] + m->places[amount[k]]; i++)
             if (x[i] > 0.0)
-                y[i] = inside(m, i, by_root(x[i], y[i]));
+                y[i] = inside(m, i, start_by_root(x[i], y[i]));
     for (size_t i = 0; i < m->n; i++)
         sum += y[i];
     if (isfinite(sum))

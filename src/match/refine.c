@@ -175,7 +175,7 @@ static enum status check_starts(const double (*starts)[SKIN_PARAMETERS], size_t 
 static void take_mean(const struct spectrum *spectra, size_t replicates, struct site *site)
 {
     size_t n = spectra[0].n, missing = 0;
-    double *mean = site->mean;
+    double *restrict mean = site->mean, *restrict weight = site->weight;
     memcpy(mean, spectra[0].value, n * sizeof *mean);
     for (size_t k = 1; k < replicates; k++)
         for (size_t i = 0; i < n; i++)
@@ -183,9 +183,9 @@ static void take_mean(const struct spectrum *spectra, size_t replicates, struct 
     for (size_t i = 0; i < n && replicates > 1; i++)
         mean[i] /= (double)replicates; /* NaN where one of them is */
     for (size_t i = 0; i < n; i++)
-        missing += isnan(mean[i]) ? 1u : 0u;
+        weight[i] = isnan(mean[i]) ? 0.0 : 1.0;
     for (size_t i = 0; i < n; i++)
-        site->weight[i] = isnan(mean[i]) ? 0.0 : 1.0;
+        missing += isnan(mean[i]) ? 1u : 0u;
     site->measured = n - missing;
 }
 
@@ -476,15 +476,16 @@ static unsigned flags_of(const struct fit *fit, const double spread[SKIN_PARAMET
 static void compare(const struct refiner *r, const struct site *site, const double *fitted,
                     unsigned want, struct refined *ret)
 {
-    double sum = 0.0, XYZ[3], Lab[2][3];
-    double *residual = ret->residual;
+    enum { PARTS = 4 }; /* sums that do not wait for one another */
+    double part[PARTS] = { 0.0 }, XYZ[3], Lab[2][3];
+    double *restrict residual = ret->residual;
     for (size_t i = 0; i < r->bands; i++)
         residual[i] = site->mean[i] - fitted[i];
     for (size_t i = 0; i < r->bands; i++) {
         double off = isnan(residual[i]) ? 0.0 : residual[i];
-        sum += off * off;
+        part[i % PARTS] += off * off;
     }
-    ret->rms = sqrt(sum / (double)site->measured);
+    ret->rms = sqrt((part[0] + part[1] + part[2] + part[3]) / (double)site->measured);
     ret->dE00 = NAN;
     if ((want & REFINE_COLOUR) == 0 || !r->has_weights || !site->misfit.whole)
         return;

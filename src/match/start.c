@@ -3,9 +3,21 @@
 
 #include <math.h>
 #include <stdbool.h>
+#include <string.h>
 
 #include "match/products.h"
 #include "optics/dipole.h"
+#include "optics/quick.h"
+
+/* Lanes depend on nothing but themselves. */
+#if defined(__clang__)
+#define START_LOOP _Pragma("clang loop vectorize(assume_safety)")
+#define START_WIDE "avx512f,avx512dq,avx512vl"
+#else
+#define START_LOOP _Pragma("GCC ivdep")
+#define START_WIDE "avx512f,avx512dq,avx512vl,prefer-vector-width=512,tune=icelake-server"
+#endif
+#define START_INLINE static inline __attribute__((always_inline))
 
 /* Eq. 9 in s = sqrt(3 sigma_a/sigma_t'), with mu' = 1 - s^2/3. */
 static double reflectance(double s, double A, double entering)
@@ -48,6 +60,10 @@ void start_init(const struct tissue *t, const struct chromophores *c, struct sta
 {
     curves(t->eta, ret);
     ret->n = c->n;
+    ret->wide = quick_has(QUICK_AVX512);
+    for (size_t k = 0; k < 3; k++)
+        memset(ret->column[k], 0, sizeof ret->column[k]);
+    memset(ret->without, 0, sizeof ret->without);
     for (size_t i = 0; i < c->n; i++) {
         double scattering = t->scattering_a == 0.0
                                 ? c->sigma_s_prime[i]
@@ -60,16 +76,56 @@ void start_init(const struct tissue *t, const struct chromophores *c, struct sta
     }
 }
 
-/* q at R between two steps, and how sharply R shows it there. */
-static double look_up(const struct start *start, double R, double *dR_dq)
+/* The equations' rows: three columns and what they are to give, all by how sharply R shows q. */
+enum { ROWS = 4, LANES = PRODUCTS_LANES, MOST = SPECTRUM_MAX_BANDS + LANES };
+typedef double equation_rows[ROWS][MOST];
+
+/* Rows of `length`, whole vectors.  R[length] and weight[length] are 0 past the last band. */
+START_INLINE void fill_rows(const struct start *start, const double *restrict R,
+                            const double *restrict weight, size_t length, equation_rows rows)
 {
-    double place = R * start->steps_per_R;
-    place = place > 0.0 ? (place < START_STEPS - 0.001 ? place : START_STEPS - 0.001) : 0.0;
-    size_t i = (size_t)place;
-    double share = place - (double)i;
-    *dR_dq = start->dR_dq[i] + share * (start->dR_dq[i + 1] - start->dR_dq[i]);
-    return start->q[i] + share * (start->q[i + 1] - start->q[i]);
+    const double *restrict q = start->q, *restrict dR_dq = start->dR_dq;
+    double steps_per_R = start->steps_per_R;
+    for (size_t at = 0; at < length; at += LANES) {
+        double place[LANES]; /* between two steps of the curves */
+        START_LOOP
+        for (size_t l = 0; l < LANES; l++) {
+            double x = R[at + l] * steps_per_R, least = x > 0.0 ? x : 0.0;
+            place[l] = least < START_STEPS - 0.001 ? least : START_STEPS - 0.001;
+        }
+        START_LOOP
+        for (size_t l = 0; l < LANES; l++) {
+            size_t k = at + l;
+            int i = (int)place[l];
+            double share = place[l] - (double)i;
+            double there = q[i] + share * (q[i + 1] - q[i]);
+            double w = weight[k] * (dR_dq[i] + share * (dR_dq[i + 1] - dR_dq[i]));
+            rows[0][k] = w * start->column[0][k];
+            rows[1][k] = w * start->column[1][k];
+            rows[2][k] = w * start->column[2][k];
+            rows[3][k] = w * (there - start->without[k]);
+        }
+    }
 }
+
+static void fill_rows_plain(const struct start *start, const double *R, const double *weight,
+                            size_t length, equation_rows rows)
+{
+    fill_rows(start, R, weight, length, rows);
+}
+
+#if defined(__x86_64__) && defined(__GNUC__)
+/* Only these vectors look curves up quickly. */
+__attribute__((target(START_WIDE))) static void fill_rows_avx512(const struct start *start,
+                                                                 const double *R,
+                                                                 const double *weight,
+                                                                 size_t length, equation_rows rows)
+{
+    fill_rows(start, R, weight, length, rows);
+}
+#else
+#define fill_rows_avx512 fill_rows_plain
+#endif
 
 /* Sums of a weighted least-squares problem in three unknowns. */
 struct equations {
@@ -93,23 +149,19 @@ static bool solve(const struct equations *e, double x[3])
 
 void start_guess(const struct start *start, const double *R, const double *weight, struct tissue *t)
 {
-    enum { MOST = SPECTRUM_MAX_BANDS + PRODUCTS_LANES };
-    double rows[4][MOST], w[MOST], q[MOST], sum[10], x[3];
-    const double *const row[4] = { rows[0], rows[1], rows[2], rows[3] };
-    size_t n = start->n, length = (n + PRODUCTS_LANES - 1) / PRODUCTS_LANES * PRODUCTS_LANES;
-    for (size_t i = 0; i < n; i++) {
-        q[i] = look_up(start, R[i], &w[i]);
-        w[i] = weight[i] == 0.0 ? 0.0 : w[i];
-    }
-    for (size_t k = 0; k < 3; k++)
-        for (size_t i = 0; i < n; i++)
-            rows[k][i] = w[i] * start->column[k][i];
-    for (size_t i = 0; i < n; i++)
-        rows[3][i] = w[i] * (q[i] - start->without[i]);
-    for (size_t k = 0; k < 4; k++)
-        for (size_t i = n; i < length; i++)
-            rows[k][i] = 0.0;
-    products(row, 4, length, sum);
+    double given[MOST], counts[MOST], sum[10], x[3];
+    equation_rows rows;
+    const double *const row[ROWS] = { rows[0], rows[1], rows[2], rows[3] };
+    size_t n = start->n, length = (n + LANES - 1) / LANES * LANES;
+    memcpy(given, R, n * sizeof *R);
+    memcpy(counts, weight, n * sizeof *weight);
+    for (size_t i = n; i < length; i++)
+        given[i] = counts[i] = 0.0;
+    if (start->wide)
+        fill_rows_avx512(start, given, counts, length, rows);
+    else
+        fill_rows_plain(start, given, counts, length, rows);
+    products(row, ROWS, length, sum);
     struct equations e = { .a00 = sum[0],
                            .a01 = sum[1],
                            .a11 = sum[2],
@@ -124,4 +176,10 @@ void start_guess(const struct start *start, const double *R, const double *weigh
     t->Cm = x[0];
     t->Bm = x[0] > 1e-6 ? x[1] / x[0] : t->Bm; /* where there is melanin to blend */
     t->Ch = x[2];
+}
+
+double start_by_root(double x, double y)
+{
+    double root = 0.5 * (1.0 + y / x);              /* over that of x */
+    return root > 0.3 ? x * root * root : 0.09 * x; /* not past 0 */
 }

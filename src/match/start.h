@@ -6,6 +6,7 @@
 #ifndef SKINSPEC_MATCH_START_H
 #define SKINSPEC_MATCH_START_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "optics/chromophores.h"
@@ -18,6 +19,7 @@ struct start {
     double q[START_STEPS + 1], dR_dq[START_STEPS + 1];
     /* Per band: what a unit of Cm, Cm Bm and Ch adds to q, and what is there without. */
     size_t n;
+    bool wide; /* by the widest vectors */
     double column[3][SPECTRUM_MAX_BANDS], without[SPECTRUM_MAX_BANDS];
 };
 
@@ -29,5 +31,8 @@ void start_init(const struct tissue *t, const struct chromophores *c, struct sta
  * those of weight[n] 0 are not looked at. */
 void start_guess(const struct start *start, const double *R, const double *weight,
                  struct tissue *t);
+
+/* Where a step of an amount's root ends that begins like one of the amount from x > 0 to y. */
+double start_by_root(double x, double y);
 
 #endif
