@@ -316,15 +316,16 @@ static bool try_step(const struct least_squares *problem, struct step *step, dou
     return true;
 }
 
-void least_squares_step(size_t n, const double *lo, const double *hi, const struct normal *normal,
-                        double *x)
+double least_squares_step(size_t n, const double *lo, const double *hi, const struct normal *normal,
+                          double *x)
 {
     const struct least_squares problem = { .n = n, .lo = lo, .hi = hi };
     struct step step;
     step_init(&step, &problem, normal, x);
-    (void)find_step(&step);
+    double gain = find_step(&step);
     for (size_t i = 0; i < n; i++)
         x[i] = clamp(x[i] + step.p[i], lo[i], hi[i]);
+    return gain;
 }
 
 /* To where the quadratic has its minimum, unseen. */
@@ -346,7 +347,7 @@ enum status least_squares_run(const struct least_squares *problem, double *x, st
     struct step step;
     bool failed = false, trusted = false; /* the last step kept what it promised */
     int looks = 0;
-    double last_gain = 0.0;
+    double last_gain = problem->promised;
     step_init(&step, problem, at, x);
     *run = (struct least_squares_run){ .left = INFINITY, .evaluations = 1 };
     for (size_t i = 0; i < n; i++)
@@ -362,6 +363,7 @@ enum status least_squares_run(const struct least_squares *problem, double *x, st
             step.damping = 0.0;
             continue;
         }
+        trusted = trusted || (run->evaluations == 1 && gain < 0.01 * last_gain);
         if (gain < problem->unseen && step.damping == 0.0 && trusted) {
             last_step(&step, x, at, gain);
             run->left = gain * gain / last_gain;

@@ -35,6 +35,9 @@ struct least_squares {
      * of the point before; 0: every step is looked at.  After a step of gain g such a one
      * misses the minimum by a small part of g. */
     double unseen;
+    /* What the step to x, which somebody else took, promised to take off chi^2; 0: none did.  A
+     * first step from x that promises less than a hundredth of it may be taken unseen too. */
+    double promised;
     size_t steps; /* at most so many */
 };
 
@@ -52,9 +55,9 @@ enum status least_squares_run(const struct least_squares *problem, double *x, st
                               struct least_squares_run *run);
 
 /* From x inside the box to the exact minimum there of the quadratic that has this gradient and
- * curvature at x. */
-void least_squares_step(size_t n, const double *lo, const double *hi, const struct normal *normal,
-                        double *x);
+ * curvature at x; by how much it falls. */
+double least_squares_step(size_t n, const double *lo, const double *hi, const struct normal *normal,
+                          double *x);
 
 /* The inverse of a curvature into inverse[n][n], as a table of n * n.  Directions that the
  * data do not see at all (pivot lost to rounding) get the variance `unseen`[i] on their

@@ -227,7 +227,7 @@ void misfit_approach(const struct misfit *m, double *x)
     evaluate(m, x, true, &normal);
     if (!isfinite(normal.chi_square))
         return;
-    least_squares_step(m->n, m->lo, m->hi, &normal, y);
+    (void)least_squares_step(m->n, m->lo, m->hi, &normal, y);
     for (size_t k = 0; k < sizeof amount / sizeof *amount; k++)
         for (size_t i = m->first[amount[k]]; i < m->first[amount[k]] + m->places[amount[k]]; i++)
             if (x[i] > 0.0)

@@ -9,6 +9,7 @@
 #include "colour/lab.h"
 #include "colour/xyz.h"
 #include "match/chi_square.h"
+#include "match/coarse.h"
 #include "match/intervals.h"
 #include "match/misfit.h"
 #include "match/spread.h"
@@ -44,6 +45,8 @@ struct refiner {
     double nm[SPECTRUM_MAX_BANDS];
     struct quick quick;
     struct start start;
+    bool has_coarse;
+    struct coarse coarse;
     bool has_weights;
     struct xyz_weights weights;
 };
@@ -102,6 +105,7 @@ enum status refiner_open(const struct fit *fit, double first_nm, double step_nm,
     struct tissue t = fit_tissue(fit, values_at_start(fit, value));
     quick_init(fit->model, &r->chromophores, fit->eta, &r->quick);
     start_init(&t, &r->chromophores, &r->start);
+    r->has_coarse = coarse_init(fit, &r->quick, &r->coarse);
     r->has_weights = xyz_weights_init(fit->illuminant, fit->observer, first_nm, step_nm, bands,
                                       &r->weights) == STATUS_OK;
     *ret = r;
@@ -268,28 +272,40 @@ static void guess(const struct refiner *r, const struct site *site,
     misfit_vector(&site->misfit, value, x);
 }
 
-/* Where the fit begins, into x; how often the model was evaluated for that. */
+/* Where the fit begins, into x; how many spectra of the model that took.  *promise: as
+ * coarse_approach(). */
 static size_t begin(const struct refiner *r, const struct site *site,
-                    const double (*starts)[SKIN_PARAMETERS], size_t n_starts, double *x)
+                    const double (*starts)[SKIN_PARAMETERS], size_t n_starts, double *x,
+                    double *promise)
 {
     double value[SKIN_PARAMETERS];
+    const struct misfit *m = &site->misfit;
+    *promise = 0.0;
     if (n_starts == 0 || closed_form(&r->fit)) {
         guess(r, site, n_starts > 0 ? starts[0] : values_at_start(&r->fit, value), x);
         return 0;
     }
-    misfit_vector(&site->misfit, starts[0], x);
-    misfit_approach(&site->misfit, x);
+    misfit_vector(m, starts[0], x);
+    if (r->has_coarse && m->whole && m->groups == 1 &&
+        coarse_approach(&r->coarse, site->mean, &m->whitener, x, promise)) {
+        m->scratch->spectra += 2;
+        m->scratch->derivatives += 2 * m->rows;
+        return 2;
+    }
+    misfit_approach(m, x);
     return 1;
 }
 
 /* Down to the minimum from at->x; fitted[bands] is then what fits best.  The last step is
  * taken unseen; if it is not a very small one chi^2 is that of where it leads, and where it is not
- * what was promised the way is gone again step by step. */
-static enum status descend(struct misfit *m, struct minimum *at, struct least_squares_run *run,
-                           double *fitted)
+ * what was promised the way is gone again step by step.  promise: of the step that led to at->x;
+ * 0: none did. */
+static enum status descend(struct misfit *m, double promise, struct minimum *at,
+                           struct least_squares_run *run, double *fitted)
 {
     struct least_squares problem = misfit_problem(m, TOLERANCE, STEPS);
     problem.unseen = UNSEEN;
+    problem.promised = promise;
     enum status s = least_squares_run(&problem, at->x, &at->normal, run);
     if (s != STATUS_OK)
         return s;
@@ -363,7 +379,7 @@ static bool look_around(const struct refiner *r, struct site *site,
     bool has_second = false;
     for (size_t i = 0; other_start(r, site, starts, n_starts, i, tried.x); i++) {
         misfit_approach(m, tried.x);
-        if (descend(m, &tried, &run, fitted) != STATUS_OK || !run.converged ||
+        if (descend(m, 0.0, &tried, &run, fitted) != STATUS_OK || !run.converged ||
             !distinct(m, best, tried.x))
             continue;
         if (tried.normal.chi_square < best->normal.chi_square) {
@@ -529,9 +545,10 @@ static enum status fit_site(const struct refiner *r, struct site *site,
     struct least_squares_run run, rerun;
     double spread[SKIN_PARAMETERS];
     double fitted[SPECTRUM_MAX_BANDS];
+    double promise;
     bool has_second = false;
-    size_t approaches = begin(r, site, starts, n_starts, at.x);
-    enum status s = descend(m, &at, &run, fitted);
+    size_t approaches = begin(r, site, starts, n_starts, at.x, &promise);
+    enum status s = descend(m, promise, &at, &run, fitted);
     if (s != STATUS_OK)
         return s;
     if ((want & REFINE_NO_SE) != 0) {
@@ -542,7 +559,7 @@ static enum status fit_site(const struct refiner *r, struct site *site,
         if ((want & REFINE_SECOND) != 0)
             has_second = look_around(r, site, starts, n_starts, &at, &second, fitted);
         for (int turn = 0; !describe(m, &at, turn < AGAIN ? want : 0, ret); turn++) {
-            (void)descend(m, &at, &rerun, fitted); /* from where chi^2 was finite just now */
+            (void)descend(m, 0.0, &at, &rerun, fitted); /* from where chi^2 was finite just now */
             minimum_covariance(m, &at);
         }
         widen(r, site, &at, spread, ret);

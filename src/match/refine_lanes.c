@@ -303,7 +303,7 @@ static void bounded_step(const struct refine_lanes *f, size_t l, struct work *w)
         normal.gradient[i] = w->gradient[i][l];
         x[i] = w->x[i][l];
     }
-    least_squares_step(LANES_PARAMETERS, f->lo, f->hi, &normal, x);
+    (void)least_squares_step(LANES_PARAMETERS, f->lo, f->hi, &normal, x);
     double gain = 0.0;
     for (size_t i = 0; i < LANES_PARAMETERS; i++)
         w->step[i][l] = x[i] - w->x[i][l];
