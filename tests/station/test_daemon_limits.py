@@ -31,7 +31,7 @@ class Turns(Case):
     def test_long_matches_do_not_hold_up_the_reader(self):
         """A look at the store comes long before the matches that were asked for earlier."""
         c, others = self.client(), [self.client() for _ in range(8)]
-        match = {"spectrum": SKIN, "specular": "sce", "store": False, "by": "de2000", "k": 33}
+        match = {"spectrum": SKIN, "specular": "sce", "store": False, "refine": "skin"}
         c.call("match.spectrum", **match)
         begun = time.monotonic()
         asked = [(x, [x.send("match.spectrum", **match) for _ in range(40)]) for x in others]
