@@ -21,6 +21,7 @@
 #include "match/refine_many.h"
 #include "optics/dipole.h"
 #include "optics/quick.h"
+#include "tests/bench/rounds.h"
 #include "tests/support/dice.h"
 
 enum { BANDS = 31, MOST = 20000, MOST_ROUNDS = 101, FREE_MOST = 5 };
@@ -30,25 +31,6 @@ enum { BANDS = 31, MOST = 20000, MOST_ROUNDS = 101, FREE_MOST = 5 };
 /* For more threads than one: enough spectra to be worth it, on the clock that they share. */
 enum { MANY = 65536, MANY_ROUNDS = 11 };
 #define BAR_THREADS 1.8
-
-static double now_us(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t); /* others run on this machine too */
-    return 1e6 * (double)t.tv_sec + 1e-3 * (double)t.tv_nsec;
-}
-
-static int compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *x, size_t n)
-{
-    qsort(x, n, sizeof *x, compare);
-    return x[n / 2];
-}
 
 /* ---- the models as one would write them -------------------------------------------------- */
 

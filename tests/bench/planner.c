@@ -15,6 +15,7 @@
 #include "colour/xyz.h"
 #include "db/table_file.h"
 #include "plan/plan_run.h"
+#include "tests/bench/rounds.h"
 #include "tests/support/dice.h"
 
 enum { BANDS = 31, SKINS = 200, MOST_ROUNDS = 201 };
@@ -35,25 +36,6 @@ static void die(const char *what)
 {
     fprintf(stderr, "planner: %s\n", what);
     exit(2);
-}
-
-static double now_us(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return 1e6 * (double)t.tv_sec + 1e-3 * (double)t.tv_nsec;
-}
-
-static int compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *x, size_t n)
-{
-    qsort(x, n, sizeof *x, compare);
-    return x[n / 2];
 }
 
 static double normal(struct dice *d)

@@ -15,31 +15,13 @@
 #include "optics/chromophores.h"
 #include "optics/transport.h"
 #include "optics/transport_lanes.h"
+#include "tests/bench/rounds.h"
 #include "tests/support/dice.h"
 #include "tests/support/doubling.h"
 
 enum { BANDS = 31, MOST_ROUNDS = 101 };
 #define THINNESS 1.0
 #define BAR 4.0
-
-static double now_us(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t); /* others run on this machine too */
-    return 1e6 * (double)t.tv_sec + 1e-3 * (double)t.tv_nsec;
-}
-
-static int compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *x, size_t n)
-{
-    qsort(x, n, sizeof *x, compare);
-    return x[n / 2];
-}
 
 static struct tissue skin(struct dice *dice)
 {
