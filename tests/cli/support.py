@@ -36,7 +36,6 @@ MEASURED = os.environ.get(
     "SKINSPEC_MEASURED", os.path.join(os.path.dirname(ROOT), "shared", "measured")
 )
 EXAMPLES = os.path.join(ROOT, "docs", "examples", "skin.csv")
-TIMEOUT_S = 120
 
 # A shell starts background jobs with SIGINT ignored, and the program leaves what is ignored
 # alone; the tests that stop it need the usual course.
@@ -49,6 +48,9 @@ for _signal in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
 with open(SKINSPEC, "rb") as _program:
     _bytes = _program.read()
     INSTRUMENTED = b"__asan_init" in _bytes or b"__gcov_" in _bytes
+
+# For what hangs, not for what is slow.
+TIMEOUT_S = 600 if INSTRUMENTED else 120
 
 
 # ---- running the program ---------------------------------------------------------
