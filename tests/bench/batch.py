@@ -4,6 +4,7 @@ import json
 import math
 import os
 import random
+import select
 import statistics
 import subprocess
 import time
@@ -49,24 +50,30 @@ def write(folder, rows):
     return paths
 
 
+def _peak_kib(child):
+    """Memory at its highest, looked at every 20 ms until the very moment the program ends."""
+    peak, ended = 0, select.poll()
+    pidfd = os.pidfd_open(child.pid)
+    ended.register(pidfd, select.POLLIN)
+    while not ended.poll(20):
+        with open(f"/proc/{child.pid}/status", encoding="ascii") as status:
+            peak = max([peak] + [int(x.split()[1]) for x in status if x.startswith("VmHWM")])
+    os.close(pidfd)
+    return peak
+
+
 def run(path, threads, *options):
     """Seconds on the clock, seconds of all cores, and memory at its highest, MiB."""
     begun, own = time.perf_counter(), os.times()
     command = [PROGRAM, "match", path, "--tables", TABLES, "--threads", str(threads), *options]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL) as child:
-        peak = 0
-        while child.poll() is None:
-            try:
-                with open(f"/proc/{child.pid}/status", encoding="ascii") as status:
-                    peak = max([peak] + [int(x.split()[1]) for x in status if x.startswith("VmHWM")])
-            except OSError:
-                pass
-            time.sleep(0.02)
+        peak = _peak_kib(child)
+        took = time.perf_counter() - begun
     if child.returncode != 0:
         raise RuntimeError(f"{' '.join(command)} ended with {child.returncode}")
     now = os.times()
     cores = now.children_user + now.children_system - own.children_user - own.children_system
-    return time.perf_counter() - begun, cores, peak / 1024
+    return took, cores, peak / 1024
 
 
 def rates(path, rows, rounds, *options):
