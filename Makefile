@@ -26,7 +26,7 @@ db_c    := $(wildcard db/*.c)
 json_c  := $(wildcard src/json/*.c)
 station_c := $(wildcard src/station/*.c)
 # What a client needs as well: the protocol and the shapes that travel by it.
-wire_c  := $(patsubst %,src/station/%.c,protocol protocol_lines schema strict_json wire wire_match wire_scene events)
+wire_c  := $(patsubst %,src/station/%.c,protocol protocol_lines schema schema_compile schema_format strict_json wire wire_match wire_scene events)
 drivers_c := $(wildcard drivers/*.c drivers/*/*.c)
 # What a capture is, without the drivers that make one.
 capture_c := drivers/driver.c drivers/link/capture.c drivers/link/capture_read.c
