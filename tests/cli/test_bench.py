@@ -12,7 +12,7 @@ import subprocess
 import time
 import xml.etree.ElementTree
 
-from support import BUILD, ROOT, SKINSPEC, Case, main
+from support import BUILD, ROOT, SKINSPEC, TIMEOUT_S, Case, main, run
 
 # By sanitizers, whose malloc() keeps other books, or by counting lines.
 SLOWED = os.path.basename(BUILD) in ("asan", "tsan", "cover")
@@ -309,36 +309,44 @@ class Quick(Case):
 class Small(Case):
     """As few skins as may be: what does not depend on how many."""
 
+    FEW = ("bench", "--quick", "--skins", "20")
+
+    @classmethod
+    def setUpClass(cls):
+        """CSV is what comes where nothing else is asked for."""
+        super().setUpClass()
+        done = run(*cls.FEW, "--threads", "1")
+        if done.status != 0:
+            raise AssertionError(done.err)
+        cls.first = rows_of(done.out)
+
     def test_the_same_seed_gives_the_same_errors(self):
-        """And CSV is what comes where nothing else is asked for."""
-        one, two, other = (
-            rows_of(self.run_ok("bench", "--quick", "--skins", "20", *more).out)
-            for more in (["--threads", "1"], ["--threads", "3"], ["--seed", "2"])
-        )
-        self.assertEqual({x["kind"] for x in one}, {"inversion", "bound", "forward"})
-        for a, b, c in zip(one, two, other):
+        """By other threads; and what is there is replaced by force."""
+        path = self.file("x", "there.csv")
+        self.run_ok(*self.FEW, "--threads", "3", "--out", path, "--force")
+        with open(path, encoding="utf-8") as f:
+            text = f.read()
+        self.assertTrue(text.startswith("# machine: "))
+        self.assertEqual({x["kind"] for x in self.first}, {"inversion", "bound", "forward"})
+        for a, b in zip(self.first, rows_of(text)):
             if a["kind"] == "forward":
                 continue
             for name in a:
                 if name not in ("us", "us_p95", "timed", "front", "front_own", "bytes"):
                     self.assertEqual(a[name], b[name], f"{a['name']} {name}")
-            if a["kind"] == "inversion":
-                self.assertNotEqual(a["Ch_transport"], c["Ch_transport"], a["name"])
 
-    def test_calibrate_makes_its_folder_and_replaces_what_was_there(self):
+    def test_calibrate_makes_its_folder_and_another_seed_other_errors(self):
         home = self.folder()
         path = f"{home}/.local/state/skinspec/costs.csv"
         environment = {**os.environ, "HOME": home}
         environment.pop("XDG_STATE_HOME", None)
-        done = subprocess.run(
-            [SKINSPEC, "bench", "--quick", "--skins", "20", "--calibrate"],
-            capture_output=True,
-            text=True,
-            env=environment,
-            timeout=600,
-            check=False,
-        )
-        self.assertEqual((done.returncode, done.stdout), (0, ""), done.stderr)
+        done = run(*self.FEW, "--seed", "2", "--calibrate", "--out", f"{home}/other.csv",
+                   env=environment)  # fmt: skip
+        self.assertEqual((done.status, done.out), (0, ""), done.err)
+        with open(f"{home}/other.csv", encoding="utf-8") as f:
+            for a, c in zip(self.first, rows_of(f.read())):
+                if a["kind"] == "inversion":
+                    self.assertNotEqual(a["Ch_transport"], c["Ch_transport"], a["name"])
         with open(path, encoding="utf-8") as f:
             self.assertEqual(f.read().splitlines()[1], COST_COLUMNS)
         os.chmod(os.path.dirname(path), 0o500)
@@ -346,15 +354,9 @@ class Small(Case):
             self.refused(1, "bench", "--calibrate", env=environment, says=path)
         os.chmod(os.path.dirname(path), 0o700)
 
-    def test_replaces_by_force(self):
-        path = self.file("x", "there.csv")
-        self.run_ok("bench", "--quick", "--skins", "20", "--out", path, "--force")
-        with open(path, encoding="utf-8") as f:
-            self.assertTrue(f.read().startswith("# machine: "))
-
     def test_nothing_is_left_by_an_interrupt(self):
         folder = self.folder()
-        run = subprocess.Popen(
+        bench = subprocess.Popen(
             [SKINSPEC, "bench", "--svg", f"{folder}/a.svg", "--out", f"{folder}/a.csv"],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -363,9 +365,9 @@ class Small(Case):
         while len(os.listdir(folder)) < 2 and time.monotonic() < deadline:
             time.sleep(0.05)
         time.sleep(0.5)
-        run.send_signal(signal.SIGINT)
-        out, _ = run.communicate(timeout=120)
-        self.assertEqual((run.returncode, out), (-signal.SIGINT, b""))
+        bench.send_signal(signal.SIGINT)
+        out, _ = bench.communicate(timeout=TIMEOUT_S)
+        self.assertEqual((bench.returncode, out), (-signal.SIGINT, b""))
         self.assertEqual(os.listdir(folder), [])
 
     def test_what_it_refuses(self):

@@ -13,7 +13,16 @@ import struct
 import time
 
 import cubes
-from support import INSTRUMENTED, Case, Terminal, main, run, srgb_code, start  # noqa: F401
+from support import (  # noqa: F401
+    INSTRUMENTED,
+    TIMEOUT_S,
+    Case,
+    Terminal,
+    main,
+    run,
+    srgb_code,
+    start,
+)
 
 NM = list(range(400, 701, 10))
 SCE = ("--specular", "sce")
@@ -262,7 +271,7 @@ class Stopped(MapCase):
             time.sleep(0.01)
         time.sleep(wait)
         process.send_signal(how)
-        _, err = process.communicate(timeout=60)
+        _, err = process.communicate(timeout=TIMEOUT_S)
         return process.returncode, err.decode()
 
     def test_resumed_is_as_uninterrupted(self):
@@ -298,7 +307,7 @@ class Stopped(MapCase):
                         stdout=-1)  # fmt: skip
         time.sleep(0.4)
         process.send_signal(how)
-        _, err = process.communicate(timeout=60)
+        _, err = process.communicate(timeout=TIMEOUT_S)
         return process.returncode, err.decode()
 
     def test_cube_cut_short_meanwhile(self):
@@ -312,7 +321,7 @@ class Stopped(MapCase):
             while not os.path.exists(cube[:-4] + "-map.img.part") and time.monotonic() < until:
                 time.sleep(0.01)
             os.truncate(data, os.path.getsize(data) * 3 // 4)
-            _, err = process.communicate(timeout=120)
+            _, err = process.communicate(timeout=TIMEOUT_S)
             err = err.decode()
             self.assertEqual(process.returncode, 1, err)
             self.assertIn("cube.img at byte ", err)
