@@ -32,7 +32,7 @@ with open(SKINSPECD, "rb") as _program:
     INSTRUMENTED = any(x in _bytes for x in (b"__asan_init", b"__tsan_init", b"__gcov_"))
 
 FAST = "simulated:speed=instant"
-START_S = 30
+START_S = 120 if INSTRUMENTED else 30
 PR_SET_PDEATHSIG = 1  # prctl(2)
 _libc = ctypes.CDLL(None)
 STOP_S = 20  # docs: 2; ten times that, on whatever machine

@@ -4,7 +4,7 @@ import threading
 import time
 
 from client import Refused
-from daemon import Case, Daemon, main, new_uuid, wait_for
+from daemon import STOP_S, Case, Daemon, main, new_uuid, wait_for
 
 # A shot that outlives the shortest lease.
 SLOW = "simulated:shot_ms=1600,charge_ms=0,calibrate_ms=0"
@@ -82,7 +82,8 @@ class Several(Case):
 
 
 class Stopping(Case):
-    """SIGTERM: within 2 s, and everybody is answered.  expect: the limit of docs/architecture.md"""
+    """SIGTERM: within 2 s (docs/architecture.md), held with a margin of ten, where the work would take
+    a minute; and everybody is answered."""
 
     instruments = None
 
@@ -99,11 +100,11 @@ class Stopping(Case):
         with self.assertRaises(Refused) as caught:
             c.wait(asked)
         stopper.join()
-        self.assertLess(time.monotonic() - begun, 2.0)
+        self.assertLess(time.monotonic() - begun, STOP_S)
         return caught.exception.reason
 
     def test_while_calibrating(self):
-        with Daemon(instruments=("simulated:calibrate_ms=5000",)) as daemon:
+        with Daemon(instruments=("simulated:calibrate_ms=60000",)) as daemon:
             daemon.wait_for_instrument()
             self.stop_while(daemon, "instrument.calibrate", lease=None, step="zero")
 
@@ -118,7 +119,7 @@ class Stopping(Case):
             self.assertEqual(reason, "shutting_down")
 
     def test_while_measuring(self):
-        with Daemon(instruments=("simulated:shot_ms=5000,calibrate_ms=0",)) as daemon:
+        with Daemon(instruments=("simulated:shot_ms=60000,calibrate_ms=0",)) as daemon:
             daemon.wait_for_instrument()
             with daemon.client() as c:
                 c.calibrate(c.acquire()["lease"])
@@ -133,7 +134,7 @@ class Stopping(Case):
             wait_for("an answer", lambda: daemon.client().close() is None)
             begun = time.monotonic()
             daemon.stop()
-            self.assertLess(time.monotonic() - begun, 2.0)
+            self.assertLess(time.monotonic() - begun, STOP_S)
 
     def test_while_long_matches_wait(self):
         """Each takes a millisecond or more: those that wait are not done first."""
@@ -151,7 +152,7 @@ class Stopping(Case):
                     )
             begun = time.monotonic()
             daemon.stop()
-            self.assertLess(time.monotonic() - begun, 2.0)
+            self.assertLess(time.monotonic() - begun, STOP_S)
 
 
 if __name__ == "__main__":

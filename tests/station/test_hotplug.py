@@ -172,7 +172,7 @@ class Hotplug(OnTestbed):
         self.wait_for_state(c, "km_ascii-00012345", "calibration_due")
         self.bed.unplug("one")
         self.wait_for_state(c, "km_ascii-00012345", "gone")
-        wait_for("the table", lambda: c.call("status.get")["table"] == "ready", 20)
+        wait_for("the table", lambda: c.call("status.get")["table"] == "ready")
         time.sleep(0.5)
         before = self.daemon.cpu_ticks()
         time.sleep(3)

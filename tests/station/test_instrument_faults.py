@@ -74,7 +74,7 @@ class Unplugged(WithInstruments):
                 unit.unplug()
                 self.wait_for_state(client, unit.name, "gone")
                 # Loading it takes ten ticks, on a busy machine later than this.
-                wait_for("the table", lambda c=client: c.call("status.get")["table"] == "ready", 20)
+                wait_for("the table", lambda c=client: c.call("status.get")["table"] == "ready")
                 time.sleep(0.3)
                 before = self.daemon.cpu_ticks()
                 time.sleep(2)
