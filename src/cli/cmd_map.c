@@ -292,6 +292,37 @@ static enum status fill(const struct arguments *a, struct map_file *file, struct
     return s;
 }
 
+/* From this share of pixels on that the model does not explain, it is worth a word. */
+#define STRANGE_SHARE 0.95
+
+static uint64_t flagged(const struct map_contents *c, unsigned flag)
+{
+    size_t i = 0;
+    while (flag >> i != 1)
+        i++;
+    return c->flagged[i];
+}
+
+/* A cube read as what it is not looks like nothing, or like no skin at all. */
+static bool has_skin(const struct map_report *report)
+{
+    static const char what[] = "'interleave', 'byte order', 'data type', 'header offset' of the "
+                               "header, and --scale";
+    const struct map_contents *c = report->contents;
+    uint64_t strange = flagged(c, MAP_RESIDUAL_TOO_LARGE);
+    if (c->fitted == 0 && c->pixels > flagged(c, MAP_IGNORED)) {
+        log_error("%s: no pixel is a spectrum of skin: all have R <= 0 or above %g, or no number; "
+                  "are %s right?",
+                  report->cube->path, MAP_R_MAX, what);
+        return false;
+    }
+    if (c->fitted > 0 && (double)strange >= STRANGE_SHARE * (double)c->fitted)
+        log_warning("%s: in %.1f %% of the pixels the fit leaves more than noise explains; "
+                    "measured skin wants --refine=skin; else, are %s right?",
+                    report->cube->path, 100.0 * (double)strange / (double)c->fitted, what);
+    return true;
+}
+
 /* The map file, begun or gone on with, and what comes of it. */
 static int make(const struct arguments *a, const struct cube_file *cube,
                 const struct band_grid *grid, const struct map_fit *fit,
@@ -317,12 +348,15 @@ static int make(const struct arguments *a, const struct cube_file *cube,
         s = map_pictures_look(name, fit);
     if (s == STATUS_OK)
         s = map_file_open(name, &file);
-    if (s == STATUS_OK)
+    bool was_whole = s == STATUS_OK && file.done == file.lines && file.fd < 0;
+    if (was_whole)
+        log_info("%s is whole already; there is nothing to go on with", file.image);
+    if (s == STATUS_OK && !was_whole)
         s = fill(a, &file, &report, contents);
-    if (s == STATUS_OK)
+    if (s == STATUS_OK && !was_whole)
         map_out_report(&report, a->format);
     free(key);
-    return out_exit(s == STATUS_OK);
+    return out_exit(s == STATUS_OK && (was_whole || has_skin(&report)));
 }
 
 static int map_cube(struct arguments *a, struct cube_file *cube)

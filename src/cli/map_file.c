@@ -50,16 +50,17 @@ enum status map_file_note(const struct map_file *f, size_t done)
     return new_file_end(&note, true);
 }
 
-static enum status other_key(const struct map_file *f, const char *was)
+/* what: a map, begun or whole, that is of another key. */
+static enum status other_key(const struct map_file *f, const char *what, const char *was)
 {
     const char *is = f->key;
     size_t same = 0;
     for (size_t i = 0; was[i] != '\0' && was[i] == is[i]; i++)
         if (is[i] == '\n')
             same = i + 1;
-    log_error("%s was begun with '%.*s', this is '%.*s'; what is there cannot be gone on with "
+    log_error("%s was made with '%.*s', this is '%.*s'; what is there cannot be gone on with "
               "(--force begins anew)",
-              f->part, (int)strcspn(was + same, "\n"), was + same, (int)strcspn(is + same, "\n"),
+              what, (int)strcspn(was + same, "\n"), was + same, (int)strcspn(is + same, "\n"),
               is + same);
     return STATUS_EXISTS;
 }
@@ -82,19 +83,41 @@ static enum status take_note(struct map_file *f, char *text)
         return no_note(f);
     *lines = '\0';
     if (strlen(was) != key || memcmp(was, f->key, key) != 0)
-        return other_key(f, was);
+        return other_key(f, f->part, was);
     f->done = done;
     return STATUS_OK;
 }
 
-static enum status read_note(struct map_file *f)
+/* A header tells it behind semicolons, as ENVI's remarks. */
+static enum status take_header(struct map_file *f, char *text)
+{
+    char *was = text, *end = text;
+    for (char *line = text, *next; *line != '\0'; line = next) {
+        size_t n = strcspn(line, "\n");
+        next = line + n + (line[n] == '\n');
+        if (strncmp(line, MAP_FILE_KEY_LINE, sizeof MAP_FILE_KEY_LINE - 1) == 0) {
+            line += sizeof MAP_FILE_KEY_LINE - 1;
+            memmove(end, line, (size_t)(next - line)); /* never beyond what was read */
+            end += next - line;
+        }
+    }
+    *end = '\0';
+    if (strcmp(was, f->key) != 0)
+        return other_key(f, f->image, was);
+    f->done = f->lines;
+    return STATUS_OK;
+}
+
+typedef enum status take_text(struct map_file *f, char *text);
+
+static enum status read_key(struct map_file *f, const char *path, take_text *take)
 {
     char *text = calloc(1, NOTE_MOST + 1);
-    FILE *file = fopen(f->resume, "rb");
+    FILE *file = fopen(path, "rb");
     enum status s = STATUS_NO_MEMORY;
     if (text != NULL && file != NULL) {
         (void)fread(text, 1, NOTE_MOST, file);
-        s = take_note(f, text);
+        s = take(f, text);
     } else if (text != NULL) {
         s = no_note(f);
     }
@@ -124,6 +147,11 @@ static enum status names(const char *prefix, struct map_file *f)
         }
     }
     return STATUS_OK;
+}
+
+static bool is_whole(const struct map_file *f)
+{
+    return is_there(f->image) && is_there(f->header) && !is_there(f->part);
 }
 
 static enum status look(const struct map_file *f)
@@ -177,6 +205,8 @@ enum status map_file_open(const char *prefix, struct map_file *f)
 {
     f->fd = -1;
     enum status s = names(prefix, f);
+    if (s == STATUS_OK && f->go_on && !f->replace && is_whole(f))
+        return read_key(f, f->header, take_header);
     if (s == STATUS_OK)
         s = look(f);
     if (s != STATUS_OK)
@@ -189,7 +219,7 @@ enum status map_file_open(const char *prefix, struct map_file *f)
     if (!go_on) {
         s = begin(f);
     } else {
-        s = read_note(f);
+        s = read_key(f, f->resume, take_note);
         if (s == STATUS_OK && (fstat(f->fd, &there) != 0 || (uint64_t)there.st_size != size_of(f)))
             s = no_note(f);
     }

@@ -1,6 +1,6 @@
 /* map_file.h - a map as an ENVI cube (float32, BSQ) that grows line by line and outlives a stop.
  *
- *   PREFIX.img, .hdr      the map, once it is whole
+ *   PREFIX.img, .hdr      the map, once it is whole; the header tells the key as remarks
  *   PREFIX.img.part       the map while it is made, at its full size from the beginning
  *   PREFIX.img.resume     what it is made of (the key), and how many lines are in it
  * The key is text, lines "name: value\n", of all that decides a pixel; a run goes on only where it
@@ -16,6 +16,9 @@
 
 enum { MAP_FILE_PATH_SIZE = 4096 };
 
+/* Before each line of the key, in the header. */
+#define MAP_FILE_KEY_LINE "; "
+
 struct map_file {
     size_t samples, lines, bands;
     bool replace; /* a map that is there, at the end; else it is refused */
@@ -30,7 +33,8 @@ struct map_file {
 
 /* Shape, key and the two wishes of *file are the caller's.  STATUS_EXISTS: there is a map, or one
  * begun, or another key; STATUS_FULL and STATUS_IO.  All are logged.  Nothing is left behind then
- * that was not there before. */
+ * that was not there before.  With one to go on with that is whole already, of the same key, done
+ * is all of its lines, and it stays as it is: there is nothing to write or to finish. */
 enum status map_file_open(const char *prefix, struct map_file *file);
 
 /* n values of a line, and back.  A line may go over into the next.  STATUS_IO, STATUS_FULL, logged.

@@ -57,11 +57,23 @@ char *map_out_key(const struct map_report *r)
 
 /* ---- the header --------------------------------------------------------------------- */
 
+/* What it is made of, for whoever reads it, and for --resume. */
+static void print_key(const char *key, FILE *to)
+{
+    while (*key != '\0') {
+        size_t n = strcspn(key, "\n");
+        fprintf(to, MAP_FILE_KEY_LINE "%.*s\n", (int)n, key);
+        key += n + (key[n] == '\n');
+    }
+}
+
 static void print_header(const struct map_report *r, FILE *to)
 {
     static const uint16_t one = 1;
     const struct map_file *f = r->file;
-    fprintf(to, "ENVI\ndescription = {skin by skinspec %s, model %s; flags are a set of bits:",
+    fputs("ENVI\n", to);
+    print_key(f->key, to);
+    fprintf(to, "description = {skin by skinspec %s, model %s; flags are a set of bits:",
             SKINSPEC_VERSION, r->options->model->name);
     for (size_t i = 0; i < MAP_FLAG_COUNT; i++)
         fprintf(to, "%s\n %lu %s", i > 0 ? "," : "", 1ul << i, map_flag_name(i));

@@ -110,8 +110,10 @@ class Maps(MapCase):
                     with open(cube, encoding="utf-8") as file:
                         self.assertIn("scale factor = 50000", file.read())
                     prefix = self.map(cube, "--threads", 1 + order)
-                    maps[interleave, kind, order] = [
-                        sha(prefix + x) for x in (".img", ".hdr", "-Cm.png", "-rms.png")
+                    with open(prefix + ".hdr", encoding="utf-8") as file:
+                        header = [x for x in file if not x.startswith(";")]
+                    maps[interleave, kind, order] = header + [
+                        sha(prefix + x) for x in (".img", "-Cm.png", "-rms.png")
                     ]
         self.assertEqual(len(maps), 12)
         # Scaled floats are not all whole: these differ in the last bit of what is measured.
@@ -189,8 +191,23 @@ class Maps(MapCase):
 
     def test_no_pixel_at_all(self):
         cube = cubes.write(self.folder(), [[0.0] * 31] * 6, 3, NM)
-        prefix = self.map(cube)
+        prefix = os.path.join(self.folder(), "m")
+        self.refused(1, "map", cube, *SCE, "--out", prefix,
+                     says=["no pixel is a spectrum of skin", "'byte order'", "--scale"])  # fmt: skip
         self.assertEqual(cubes.read_map(prefix)["flags"], [4.0] * 6)
+        # Nothing but fill is what was asked for.
+        empty = cubes.write(self.folder(), [[-1.0] * 31] * 6, 3, NM, data_ignore_value=-1)
+        self.assertEqual(cubes.read_map(self.map(empty))["flags"], [1.0] * 6)
+
+    def test_what_the_model_does_not_explain(self):
+        """Bands in another order: reflectances all of them, and of no skin."""
+        wrong = [[p[(7 * i) % 31] for i in range(31)] for p in self.noisy(12)]
+        said = run("map", cubes.write(self.folder(), wrong, 4, NM), *SCE).err
+        self.assertIn("warning", said)
+        self.assertIn("in 100.0 % of the pixels", said)
+        self.assertIn("--refine=skin", said)
+        right = run("map", cubes.write(self.folder(), self.noisy(12), 4, NM), *SCE)
+        self.assertEqual((right.status, right.err), (0, ""))
 
     def test_bands_that_stand_otherwise(self):
         """Fine bands, of which the grid is made: what smooth skin lets one expect."""
@@ -301,6 +318,13 @@ class Stopped(MapCase):
             self.assertEqual(sha(prefix + ending), sha(whole + ending), ending)
         self.assertFalse(os.path.exists(prefix + ".img.part"))
         self.assertFalse(os.path.exists(prefix + ".img.resume"))
+        # Gone on with once more, as a queue may: it is whole, and stays so.
+        before = os.stat(prefix + ".img")
+        again = run("map", cube, *SCE, "--refine=skin", "--resume")
+        self.assertEqual(again.status, 0, again.err)
+        self.assertIn("cube-map.img is whole already", again.err)
+        self.assertEqual(os.stat(prefix + ".img"), before)
+        self.refused(1, "map", cube, *SCE, "--resume", says=["'refine: skin'", "'refine: three'"])
 
     def stop_resumed(self, cube, how):
         process = start("map", cube, *SCE, "--refine=skin", "--resume", "--threads", "2", stderr=-1,
