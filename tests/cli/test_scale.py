@@ -10,7 +10,7 @@ import subprocess
 import sys
 import unittest
 
-from support import ROOT, SKINSPEC, TABLES, Case, environment, main, run, skin_like, spectra_csv
+from support import ROOT, SKINSPEC, Case, environment, main, run, skin_like, spectra_csv
 
 PAGE = os.path.join(ROOT, "docs", "scale.md")
 SCRIPT = os.path.join(ROOT, "docs", "examples", "match.sbatch")
@@ -25,11 +25,18 @@ def blocks(heading, kind):
 
 
 class Files(Case):
-    """The spectra, and a folder as the page has it."""
+    """The spectra, a small table, as each of many processes reads it, and a folder as the page has it."""
 
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
+        cls.tables = os.path.join(cls.shared_folder, "tables")
+        os.makedirs(cls.tables)
+        table = os.path.join(cls.tables, "table-two-layer.db")
+        made = run("table", "build", "--model", "two-layer", "--cm", "log:0.001:0.5:10",
+                   "--bm", "0:1:3", "--ch", "log:0.001:0.1:9", "--out", table)  # fmt: skip
+        if made.status != 0:
+            raise AssertionError(made.err)
         spread = random.Random(51)
         spectra = [skin_like(spread) for _ in range(ROWS)]
         cls.csv = spectra_csv([([f"s{i}", "sce"], v) for i, v in enumerate(spectra)],
@@ -46,8 +53,8 @@ class Files(Case):
             + "\n"
             for i, v in enumerate(spectra)
         )
-        cls.answers = run("match", "-", "--tables", TABLES, stdin=cls.csv).out
-        cls.objects = run("match", "-", "--tables", TABLES, "--ndjson", stdin=cls.ndjson).out
+        cls.answers = run("match", "-", "--tables", cls.tables, stdin=cls.csv).out
+        cls.objects = run("match", "-", "--tables", cls.tables, "--ndjson", stdin=cls.ndjson).out
 
     def setUp(self):
         """A folder as the page has it: the spectra, the program on the path, tables where it looks."""
@@ -56,7 +63,7 @@ class Files(Case):
             with open(os.path.join(self.where, name), "w", encoding="utf-8") as f:
                 f.write(content)
         os.makedirs(os.path.join(self.where, "build"))
-        os.symlink(TABLES, os.path.join(self.where, "build", "tables"))
+        os.symlink(self.tables, os.path.join(self.where, "build", "tables"))
         os.makedirs(os.path.join(self.where, "bin"))
         os.symlink(SKINSPEC, os.path.join(self.where, "bin", "skinspec"))
         self.env = environment(
@@ -174,7 +181,7 @@ class Shards(Files):
 
     def parts(self, path, shards, *options):
         said = [
-            run("match", path, "--tables", TABLES, "--shard", f"{i}/{shards}", *options)
+            run("match", path, "--tables", self.tables, "--shard", f"{i}/{shards}", *options)
             for i in range(1, shards + 1)
         ]
         return "".join(x.out for x in said), "".join(x.err for x in said), [x.status for x in said]
@@ -186,7 +193,7 @@ class Shards(Files):
         rows[50] = rows[50].replace(",sce,", ",sce,-", 1)
         text = columns.replace("id", "note,name", 1) + "\n#c\n" + "\n".join(rows) + "\n"
         path = self.file(text)
-        whole = run("match", path, "--tables", TABLES)
+        whole = run("match", path, "--tables", self.tables)
         self.assertEqual(len(whole.rows()), 120)
         for shards in (1, 2, 3, 7, 40, 300):
             out, err, statuses = self.parts(path, shards)
@@ -201,7 +208,7 @@ class Shards(Files):
         """The end of a part, not of the file, is where a part that was stopped ends."""
         path = self.file(self.csv)
         out = os.path.join(self.folder(), "part")
-        options = ("match", path, "--tables", TABLES, "--shard", "2/3")
+        options = ("match", path, "--tables", self.tables, "--shard", "2/3")
         part = self.run_ok(*options).out
         for cut in (0, 7, len(part) // 2, len(part)):
             with open(out, "w", encoding="utf-8") as f:
