@@ -2,20 +2,25 @@
 #include "db/entry_rows.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/spectrum.h"
 #include "db/sql.h"
 #include "db/table_hash.h"
+
+enum { SPECTRUM = 9 }; /* its column, after the numbers */
 
 struct entry_vtab {
     sqlite3_vtab base; /* SQLite's part comes first */
     const struct entry_rows *rows;
 };
 
+/* What stands in the table is looked up once a SELECT: SQLite asks for each value by itself. */
 struct entry_cursor {
     sqlite3_vtab_cursor base;
     const struct entry_rows *rows;
-    size_t at;
+    const double *number[SPECTRUM];
+    size_t at, n, bands;
     unsigned char blob[4 * SPECTRUM_MAX_BANDS];
 };
 
@@ -25,8 +30,7 @@ static int entry_connect(sqlite3 *db, void *rows, int argc, const char *const *a
     (void)argc;
     (void)argv;
     (void)error;
-    int rc =
-        sqlite3_declare_vtab(db, "CREATE TABLE x(id, cm, bm, ch, l, a, b, r, g, b_, spectrum)");
+    int rc = sqlite3_declare_vtab(db, "CREATE TABLE x(cm, bm, ch, l, a, b, r, g, b_, spectrum)");
     if (rc != SQLITE_OK)
         return rc;
     struct entry_vtab *vtab = calloc(1, sizeof *vtab);
@@ -72,14 +76,21 @@ static struct entry_cursor *own(sqlite3_vtab_cursor *cursor)
     return (struct entry_cursor *)(void *)cursor;
 }
 
-static int entry_filter(sqlite3_vtab_cursor *cursor, int number, const char *text, int argc,
+static int entry_filter(sqlite3_vtab_cursor *cursor, int plan, const char *text, int argc,
                         sqlite3_value **argv)
 {
-    (void)number;
+    (void)plan;
     (void)text;
     (void)argc;
     (void)argv;
-    own(cursor)->at = 0;
+    struct entry_cursor *c = own(cursor);
+    const struct table *t = c->rows->table;
+    const double *const number[SPECTRUM] = { t->Cm, t->Bm,  t->Ch,    t->L,   t->a,
+                                             t->b,  t->red, t->green, t->blue };
+    memcpy(c->number, number, sizeof number);
+    c->at = 0;
+    c->n = c->rows->n;
+    c->bands = t->recipe.bands;
     return SQLITE_OK;
 }
 
@@ -91,36 +102,23 @@ static int entry_next(sqlite3_vtab_cursor *cursor)
 
 static int entry_eof(sqlite3_vtab_cursor *cursor)
 {
-    return own(cursor)->at >= own(cursor)->rows->n;
-}
-
-static sqlite3_int64 id_of(const struct entry_cursor *c)
-{
-    return (sqlite3_int64)c->rows->first + (sqlite3_int64)c->at + 1;
+    return own(cursor)->at >= own(cursor)->n;
 }
 
 static int entry_rowid(sqlite3_vtab_cursor *cursor, sqlite3_int64 *ret)
 {
-    *ret = id_of(own(cursor));
+    *ret = (sqlite3_int64)own(cursor)->at + 1;
     return SQLITE_OK;
 }
 
 static int entry_column(sqlite3_vtab_cursor *cursor, sqlite3_context *context, int column)
 {
     struct entry_cursor *c = own(cursor);
-    const struct table *t = c->rows->table;
-    const double *const value[] = {
-        t->Cm, t->Bm, t->Ch, t->L, t->a, t->b, t->red, t->green, t->blue
-    };
-    enum { SPECTRUM = 1 + (int)(sizeof value / sizeof *value) };
-    size_t bands = t->recipe.bands;
-    if (column == 0)
-        sqlite3_result_int64(context, id_of(c));
-    else if (column < SPECTRUM)
-        sqlite3_result_double(context, value[column - 1][c->at]);
-    else if (bands > 0) { /* NULL else; what stays where it is until the next row is not copied */
-        table_spectrum_to_blob(table_spectrum(t, c->at), bands, c->blob);
-        sqlite3_result_blob(context, c->blob, (int)(4 * bands), SQLITE_STATIC);
+    if (column < SPECTRUM)
+        sqlite3_result_double(context, c->number[column][c->at]);
+    else if (c->bands > 0) { /* NULL else; what stays until the next row is not copied */
+        table_spectrum_to_blob(table_spectrum(c->rows->table, c->at), c->bands, c->blob);
+        sqlite3_result_blob(context, c->blob, (int)(4 * c->bands), SQLITE_STATIC);
     }
     return SQLITE_OK;
 }

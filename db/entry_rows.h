@@ -11,15 +11,16 @@
 #include "base/status.h"
 #include "match/table.h"
 
-/* Rows 0 .. n-1 of `table`, row i with the id first + i + 1. */
+/* Rows 0 .. n-1 of `table`. */
 struct entry_rows {
     const struct table *table;
-    size_t first, n;
+    size_t n;
 };
 
-/* Makes the virtual table `entry_rows` known to a connection, its columns those of `entry`, in
- * their order.  A SELECT from it reads what *rows is meanwhile, which the caller may change between
- * two. STATUS_NO_MEMORY, STATUS_DB. */
+/* Makes the virtual table `entry_rows` known to a connection, its columns those of `entry` but the
+ * id, in their order: SQLite numbers rows that it appends, and looks up every id that it is given.
+ * A SELECT from it reads what *rows is meanwhile, which the caller may change between two.
+ * STATUS_NO_MEMORY, STATUS_DB. */
 enum status entry_rows_register(sqlite3 *db, const struct entry_rows *rows);
 
 #endif

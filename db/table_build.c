@@ -99,11 +99,6 @@ static enum status claim(struct build *b)
     return STATUS_OK;
 }
 
-/* Journal and syncs off: until it is renamed the file may be lost, not half kept. */
-static const char open_sql[] =
-    "PRAGMA page_size = 4096; PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF;"
-    "PRAGMA locking_mode = EXCLUSIVE; BEGIN;";
-
 static enum status open_database(struct build *b)
 {
     char header[96];
@@ -111,7 +106,9 @@ static enum status open_database(struct build *b)
              (int)TABLE_APPLICATION_ID, (int)TABLE_FORMAT);
     enum status s = sql_status(sqlite3_open_v2(b->temporary, &b->db, OPEN_FLAGS, NULL));
     if (s == STATUS_OK)
-        s = sql_run(b->db, open_sql);
+        s = sql_run(b->db, table_settings_sql);
+    if (s == STATUS_OK)
+        s = sql_run(b->db, "BEGIN");
     if (s == STATUS_OK)
         s = sql_run(b->db, header);
     if (s == STATUS_OK)
@@ -155,7 +152,7 @@ enum { INSERT_PIECE, HASH_PIECE, FIRST_ROWS_PIECE };
 static enum status insert_chunk(struct step *step)
 {
     const struct chunk *c = step->before;
-    step->b->inserting = (struct entry_rows){ &c->table, c->first, c->n };
+    step->b->inserting = (struct entry_rows){ &c->table, c->n };
     return sql_step_done(step->insert);
 }
 
@@ -209,7 +206,8 @@ static enum status make_chunks(struct step *step, struct chunk chunk[2], size_t 
 
 static enum status insert_rows(struct build *b)
 {
-    static const char insert[] = "INSERT INTO entry SELECT * FROM entry_rows";
+    static const char insert[] = /* of an empty table: ids are 1 .. rows */
+        "INSERT INTO entry(cm, bm, ch, l, a, b, r, g, b_, spectrum) SELECT * FROM entry_rows";
     struct chunk chunk[2] = { 0 };
     struct step step = { .b = b };
     size_t capacity = b->rows < CHUNK_ROWS ? b->rows : CHUNK_ROWS;

@@ -9,6 +9,7 @@
 /* SQLite's own header fields say what the file is before any SQL is run. */
 enum { TABLE_APPLICATION_ID = 0x536b5462 /* "SkTb" */, TABLE_FORMAT = 1 };
 
+extern const char table_settings_sql[]; /* of the connection that builds a file */
 extern const char table_schema_sql[];
 extern const char table_schema_rtree_sql[]; /* only with an R*Tree */
 

@@ -6,6 +6,7 @@
  *                                     maker; and of opening, which is once for a table
  *   tables --threads MODEL ROWS       seconds of all rows on one thread and on two, by turns
  *   tables --file FILE MODEL ROWS     seconds to build and to read a file of about so many rows
+ *   tables --sql                      the settings and the schema of such a file
  *
  * tests/bench/tables.py calls it beside its peers and holds what it says against the bars. */
 #define _POSIX_C_SOURCE 200809L
@@ -20,6 +21,7 @@
 #include "colour/xyz.h"
 #include "db/table_build.h"
 #include "db/table_file.h"
+#include "db/table_schema.h"
 #include "match/table_maker.h"
 #include "optics/dipole.h"
 
@@ -277,6 +279,8 @@ static int time_file(const char *path, const char *name, double rows)
 
 int main(int argc, char **argv)
 {
+    if (argc == 2 && strcmp(argv[1], "--sql") == 0)
+        return printf("%s\n%s", table_settings_sql, table_schema_sql) > 0 ? 0 : 1;
     if (argc == 3 && strcmp(argv[1], "--columns") == 0)
         return print_columns(argv[2]);
     if (argc == 3 && strcmp(argv[1], "--rows") == 0)
@@ -286,6 +290,6 @@ int main(int argc, char **argv)
     if (argc == 5 && strcmp(argv[1], "--file") == 0)
         return time_file(argv[2], argv[3], atof(argv[4]));
     fprintf(stderr, "usage: tables --columns MODEL | --rows MODEL | --threads MODEL ROWS | "
-                    "--file FILE MODEL ROWS\n");
+                    "--file FILE MODEL ROWS | --sql\n");
     return 2;
 }

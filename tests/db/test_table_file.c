@@ -464,18 +464,21 @@ static void test_rows_that_are_not_as_promised(void)
 /* A page that SQLite finds wrong although all hashes are right. */
 static void test_broken_page_below_a_right_hash(void)
 {
+    enum { PAGE = 16384 };
     struct recipe recipe = small_recipe("two-layer");
     size_t size;
+    recipe.step_nm = 5.0;
+    recipe.bands = 61; /* rows on two pages, and one above them */
     TEST_ASSERT_EQUAL_INT(STATUS_OK, small_table(path, &recipe, false));
     unsigned char *bytes = file_bytes(path, &size);
     TEST_ASSERT_NOT_NULL(bytes);
     int refused = 0;
-    for (size_t page = 1; page < size / 4096; page++) {
+    for (size_t page = 1; page < size / PAGE; page++) {
         struct table table;
-        unsigned char kind = bytes[4096 * page];
-        bytes[4096 * page] = 0x77; /* no kind of page */
+        unsigned char kind = bytes[PAGE * page];
+        bytes[PAGE * page] = 0x77; /* no kind of page */
         TEST_ASSERT_TRUE(file_write(path, bytes, size));
-        bytes[4096 * page] = kind;
+        bytes[PAGE * page] = kind;
         TEST_ASSERT_TRUE(table_reseal(path));
         heard_start();
         enum status s = table_file_read(path, &table);
