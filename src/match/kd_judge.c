@@ -10,11 +10,14 @@ VECTORS_INLINE float higher(float x, float y)
     return x > y ? x : y;
 }
 
-VECTORS_INLINE int32_t least_any(const int32_t key[KD_WIDTH])
+/* Nothing is written into keys: a vector that is read after a part of it was written waits. */
+VECTORS_INLINE int32_t least_any(const int32_t key[KD_WIDTH], int32_t after)
 {
-    int32_t least = KD_KEY_NONE;
+    int32_t least = KD_KEY_NONE, above[KD_WIDTH];
     for (size_t i = 0; i < KD_WIDTH; i++)
-        least = key[i] < least ? key[i] : least;
+        above[i] = key[i] > after ? key[i] : KD_KEY_NONE;
+    for (size_t i = 0; i < KD_WIDTH; i++)
+        least = above[i] < least ? above[i] : least;
     return least;
 }
 
@@ -49,7 +52,7 @@ VECTORS_INLINE int32_t group_any(size_t dims, const float *low, const float *hig
     for (int32_t i = 0; i < KD_WIDTH; i++)
         bits[i] = (bits[i] & ~KD_KEY_NUMBER) | i;
     memcpy(key, bits, sizeof bits);
-    return least_any(bits);
+    return least_any(bits, KD_KEY_BEFORE);
 }
 
 static int32_t group_plain(size_t dims, const float *low, const float *high, const float *query,
@@ -58,9 +61,9 @@ static int32_t group_plain(size_t dims, const float *low, const float *high, con
     return group_any(dims, low, high, query, key);
 }
 
-static int32_t least_plain(const int32_t key[KD_WIDTH])
+static int32_t least_plain(const int32_t key[KD_WIDTH], int32_t after)
 {
-    return least_any(key);
+    return least_any(key, after);
 }
 
 VECTORS_AVX2 static int32_t group_avx2(size_t dims, const float *low, const float *high,
@@ -69,9 +72,9 @@ VECTORS_AVX2 static int32_t group_avx2(size_t dims, const float *low, const floa
     return group_any(dims, low, high, query, key);
 }
 
-VECTORS_AVX2 static int32_t least_avx2(const int32_t key[KD_WIDTH])
+VECTORS_AVX2 static int32_t least_avx2(const int32_t key[KD_WIDTH], int32_t after)
 {
-    return least_any(key);
+    return least_any(key, after);
 }
 
 VECTORS_AVX512 static int32_t group_avx512(size_t dims, const float *low, const float *high,
@@ -80,9 +83,9 @@ VECTORS_AVX512 static int32_t group_avx512(size_t dims, const float *low, const 
     return group_any(dims, low, high, query, key);
 }
 
-VECTORS_AVX512 static int32_t least_avx512(const int32_t key[KD_WIDTH])
+VECTORS_AVX512 static int32_t least_avx512(const int32_t key[KD_WIDTH], int32_t after)
 {
-    return least_any(key);
+    return least_any(key, after);
 }
 
 static const struct kd_judge judges[VECTORS_KINDS] = {

@@ -20,6 +20,9 @@ enum { KD_KEY_BITS = 4, KD_KEY_NUMBER = (1 << KD_KEY_BITS) - 1 };
 /* Of an entry that is none: above any square. */
 #define KD_KEY_NONE INT32_MAX
 
+/* Below any key. */
+#define KD_KEY_BEFORE (-1)
+
 /* Above every key of a square up to this one. */
 static inline int32_t kd_key_limit(float square)
 {
@@ -36,7 +39,8 @@ struct kd_judge {
      */
     int32_t (*group)(size_t dims, const float *low, const float *high, const float *query,
                      int32_t key[KD_WIDTH]);
-    int32_t (*least)(const int32_t key[KD_WIDTH]);
+    /* The least of those above `after`. */
+    int32_t (*least)(const int32_t key[KD_WIDTH], int32_t after);
 };
 
 /* Only for vectors that the processor has. */

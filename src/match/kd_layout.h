@@ -40,7 +40,9 @@ struct kd_tree {
     const double *field[KD_TREE_FIELDS];
     uint32_t *row;          /* [entries[0]] */
     struct kd_frame *frame; /* [groups of level 1]; NULL where points are not framed */
+    void *block;            /* all of these arrays */
     double norm;            /* of the farthest point */
+    bool framed;            /* points are */
     bool few;               /* so few points that all are judged, and no boxes */
     enum vectors vectors;
     const struct kd_judge *judge;
@@ -49,7 +51,7 @@ struct kd_tree {
 /* That entries of a level are told in. */
 static inline size_t kd_dims(const struct kd_tree *tree, unsigned level)
 {
-    return tree->frame != NULL && level <= 1 ? (size_t)KD_FRAME_DIMS : tree->dims;
+    return tree->framed && level <= 1 ? (size_t)KD_FRAME_DIMS : tree->dims;
 }
 
 /* Low corner of an entry at dimension 0; the next dimension is KD_WIDTH further.  The high one is

@@ -231,7 +231,7 @@ static enum status place_piece(size_t number, unsigned worker, void *context)
     size_t begin = number * POINTS_PER_PIECE, end = begin + POINTS_PER_PIECE;
     (void)worker;
     for (size_t i = begin; i < end && i < tree->entries[0]; i++) {
-        if (tree->frame == NULL)
+        if (!tree->framed)
             place_point(tree, i, &at(b, i)->x);
         else if (i % KD_FRAMED == 0)
             frame_points(tree, b, i / KD_FRAMED);
@@ -328,15 +328,6 @@ static void place_ends(struct kd_tree *tree, unsigned level)
 
 /* ---- all of it ---------------------------------------------------------------------- */
 
-/* Zeros for what is past the end. */
-static float *zeros(size_t floats)
-{
-    float *memory = huge_pages_alloc(floats, sizeof *memory);
-    if (memory != NULL)
-        memset(memory, 0, floats * sizeof *memory);
-    return memory;
-}
-
 /* That corners of a level take, or the ends of its fields. */
 static size_t floats_of(const struct kd_tree *tree, bool corners, unsigned level)
 {
@@ -344,24 +335,44 @@ static size_t floats_of(const struct kd_tree *tree, bool corners, unsigned level
     return kd_place(dims, level, groups_of(tree->entries[level]) * KD_WIDTH);
 }
 
-/* Arrays of all levels from `first` up, in one block. */
-static bool lay_out(struct kd_tree *tree, bool corners, unsigned first, float **array)
+/* Arrays of all levels from `first` up, one behind the other; returns what they take. */
+static size_t lay_out(const struct kd_tree *tree, bool corners, unsigned first, float *place,
+                      float **array)
 {
     size_t floats = 0;
-    for (unsigned level = first; level < tree->levels; level++)
-        floats += floats_of(tree, corners, level);
-    float *place = floats > 0 ? zeros(floats) : NULL;
-    if (place == NULL)
-        return floats == 0;
     for (unsigned level = first; level < tree->levels; level++) {
-        array[level] = place;
-        place += floats_of(tree, corners, level);
+        if (place != NULL)
+            array[level] = place + floats;
+        floats += floats_of(tree, corners, level);
     }
+    return floats;
+}
+
+/* All arrays in one block, so that all lie on large pages where they are large together; what
+ * searches read most from to what they read least. */
+static bool lay_out_all(struct kd_tree *tree, size_t frames)
+{
+    size_t of_frames = frames * (sizeof *tree->frame / sizeof(float));
+    size_t of_corners = lay_out(tree, true, 0, NULL, tree->corner);
+    size_t of_ends = tree->field[0] != NULL ? lay_out(tree, false, 1, NULL, tree->ends) : 0;
+    size_t of_rows = groups_of(tree->entries[0]) * KD_WIDTH;
+    size_t floats = of_frames + of_corners + of_rows + of_ends;
+    float *place = huge_pages_alloc(floats, sizeof *place);
+    if (place == NULL)
+        return false;
+    memset(place, 0, floats * sizeof *place); /* for what is past the end */
+    tree->block = place;
+    if (frames > 0)
+        tree->frame = (struct kd_frame *)place;
+    lay_out(tree, true, 0, place + of_frames, tree->corner);
+    tree->row = (uint32_t *)(place + of_frames + of_corners);
+    if (of_ends > 0)
+        lay_out(tree, false, 1, place + of_frames + of_corners + of_rows, tree->ends);
     return true;
 }
 
 /* Levels up to one group. */
-static enum status lay_out_all(struct kd_tree *tree, const struct kd_tree_rows *rows)
+static enum status lay_out_levels(struct kd_tree *tree, const struct kd_tree_rows *rows)
 {
     size_t entries = rows->n;
     do {
@@ -369,16 +380,9 @@ static enum status lay_out_all(struct kd_tree *tree, const struct kd_tree_rows *
         entries = groups_of(entries);
     } while (entries > 1);
     memcpy(tree->field, rows->field, sizeof tree->field);
-    tree->row = huge_pages_alloc(rows->n, sizeof *tree->row);
-    if (tree->dims > KD_TREE_BOUND_DIMS && tree->levels > 1) {
-        tree->frame = huge_pages_alloc(groups_of(tree->entries[1]), sizeof *tree->frame);
-        if (tree->frame == NULL)
-            return STATUS_NO_MEMORY;
-    }
-    if (tree->row == NULL || !lay_out(tree, true, 0, tree->corner) ||
-        (tree->field[0] != NULL && !lay_out(tree, false, 1, tree->ends)))
-        return STATUS_NO_MEMORY;
-    return STATUS_OK;
+    tree->framed = tree->dims > KD_TREE_BOUND_DIMS && tree->levels > 1;
+    return lay_out_all(tree, tree->framed ? groups_of(tree->entries[1]) : 0) ? STATUS_OK
+                                                                             : STATUS_NO_MEMORY;
 }
 
 static enum status fill(struct kd_tree *tree, struct builder *b)
@@ -397,7 +401,7 @@ static enum status fill(struct kd_tree *tree, struct builder *b)
     if (s != STATUS_OK)
         return s;
     for (unsigned level = 1; level < tree->levels; level++) {
-        if (level == 2 && tree->frame != NULL)
+        if (level == 2 && tree->framed)
             place_boxes_of_frames(tree, b);
         else
             place_boxes(tree, level);
@@ -421,7 +425,7 @@ enum status kd_tree_open(const struct kd_tree_rows *rows, struct kd_tree **ret)
         tree->judge = kd_judge_of(tree->vectors);
         tree->few = rows->n <= few[rows->dims > 3];
         b->rows = rows;
-        s = lay_out_all(tree, rows);
+        s = lay_out_levels(tree, rows);
     }
     if (s == STATUS_OK)
         s = fill(tree, b);
@@ -439,9 +443,6 @@ void kd_tree_close(struct kd_tree *tree)
 {
     if (tree == NULL)
         return;
-    free(tree->row);
-    free(tree->frame);
-    free(tree->corner[0]); /* the block of all levels */
-    free(tree->ends[1]);   /* the same */
+    free(tree->block);
     free(tree);
 }

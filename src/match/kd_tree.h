@@ -65,6 +65,7 @@ struct kd_tree_task {
     void *context;                     /* of all */
     const struct kd_tree_range *range; /* NULL: all rows; only for a tree with fields */
     size_t judged;                     /* boxes and points are added that were judged */
+    bool refused;                      /* set: true, and nothing shown, see kd_tree_search() */
 };
 
 /* Shows every row that matters and lies in the range, about the nearest first, and some that
@@ -72,5 +73,16 @@ struct kd_tree_task {
  * shown, where the query is not finite or beyond 1e15, or a bound is given to a tree of too many
  * dimensions for one. */
 bool kd_tree_search(const struct kd_tree *tree, struct kd_tree_task *task);
+
+/* Searches that are on their way at a time. */
+enum { KD_TREE_TOGETHER = 8 };
+
+/* The next task for a slot below KD_TREE_TOGETHER, whose last one, if it had any, is done now;
+ * NULL: none, and the slot is not asked again. */
+typedef struct kd_tree_task *kd_tree_next(void *context, size_t slot);
+
+/* kd_tree_search() for all tasks that are given, the same rows shown in the same order for each:
+ * in turns, so that while one waits for memory the others go on. */
+void kd_tree_search_many(const struct kd_tree *tree, kd_tree_next *next, void *context);
 
 #endif

@@ -247,6 +247,90 @@ static void test_own_measure(void)
     }
 }
 
+/* ---- many together ------------------------------------------------------------------------ */
+
+enum { MANY = 3 * KD_TREE_TOGETHER + 1 };
+
+/* A search that writes down what it is shown. */
+struct diary {
+    double query[KD_TREE_MAX_DIMS], nearest;
+    size_t row[MOST_ROWS], n;
+    struct kd_tree_task task;
+};
+
+struct diaries {
+    struct diary *diary;
+    size_t n, given, asked_after_end[KD_TREE_TOGETHER];
+    struct kd_tree_task *in[KD_TREE_TOGETHER]; /* of a slot: its search on the way */
+};
+
+static double look_and_write(void *context, size_t row)
+{
+    struct diary *d = context;
+    d->row[d->n++] = row;
+    d->nearest = fmin(d->nearest, true_distance(d->query, row));
+    return d->nearest;
+}
+
+static void begin_diary(struct diary *d, const double *query)
+{
+    memcpy(d->query, query, sizeof d->query);
+    d->nearest = (double)INFINITY;
+    d->n = 0;
+    d->task = (struct kd_tree_task){ .query = d->query, .look = look_and_write, .context = d };
+}
+
+static struct kd_tree_task *next_diary(void *context, size_t slot)
+{
+    struct diaries *all = context;
+    TEST_ASSERT_TRUE(slot < KD_TREE_TOGETHER);
+    if (all->in[slot] != NULL) /* done: by itself it shows no more */
+        TEST_ASSERT_TRUE(all->in[slot]->judged > 0 || all->in[slot]->refused);
+    if (all->given == all->n) {
+        TEST_ASSERT_EQUAL_size_t(0, all->asked_after_end[slot]++);
+        return NULL;
+    }
+    return all->in[slot] = &all->diary[all->given++].task;
+}
+
+/* Whatever their number, each shows the same rows in the same order as by itself. */
+static void test_many_together(void)
+{
+    static const size_t numbers[] = { 0, 1, KD_TREE_TOGETHER, KD_TREE_TOGETHER + 1, MANY };
+    static struct diary one, many[MANY];
+    struct dice dice = { 45 };
+    for (size_t i = 0; i < sizeof cloud_cases / sizeof *cloud_cases; i++) {
+        const struct cloud_case *c = &cloud_cases[i];
+        make_cloud(c, &dice);
+        struct kd_tree *tree = open_tree(c->what);
+        for (size_t j = 0; j < sizeof numbers / sizeof *numbers; j++) {
+            struct diaries all = { .diary = many, .n = numbers[j] };
+            for (size_t number = 0; number < all.n; number++) {
+                double query[KD_TREE_MAX_DIMS] = { 0.0 };
+                make_query(number, &dice, query);
+                if (number % 5 == 3)
+                    query[0] = NAN; /* refused among others */
+                begin_diary(&many[number], query);
+            }
+            kd_tree_search_many(tree, next_diary, &all);
+            TEST_ASSERT_EQUAL_size_t_MESSAGE(all.n, all.given, c->what);
+            for (size_t number = 0; number < all.n; number++) {
+                begin_diary(&one, many[number].query);
+                TEST_ASSERT_EQUAL_MESSAGE(number % 5 != 3, kd_tree_search(tree, &one.task),
+                                          c->what);
+                TEST_ASSERT_EQUAL_MESSAGE(number % 5 == 3, many[number].task.refused, c->what);
+                TEST_ASSERT_EQUAL_size_t_MESSAGE(one.n, many[number].n, c->what);
+                if (one.n > 0)
+                    TEST_ASSERT_EQUAL_MEMORY_MESSAGE(one.row, many[number].row,
+                                                     one.n * sizeof *one.row, c->what);
+                TEST_ASSERT_EQUAL_size_t_MESSAGE(one.task.judged, many[number].task.judged,
+                                                 c->what);
+            }
+        }
+        kd_tree_close(tree);
+    }
+}
+
 /* Or it would be no use: of 5 000 points in a cube the nearest is found among 100. */
 static void test_most_are_passed_over(void)
 {
@@ -311,6 +395,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_nothing_is_missing);
     RUN_TEST(test_own_measure);
+    RUN_TEST(test_many_together);
     RUN_TEST(test_most_are_passed_over);
     RUN_TEST(test_refusals);
     return UNITY_END();

@@ -99,15 +99,14 @@ static void test_recipe_check(void)
 }
 
 /* expect: the search itself, what its kind prepares (codes: 1, components: 2,
- * a tree: its head, a builder, rows, levels, fields and points, of spectra frames too), and the
- * weights of the table's bands. */
+ * a tree: its head, a builder, its arrays and points), and the weights of the table's bands. */
 static const struct open_case {
     enum match_by by;
     int enough;
 } open_cases[] = {
-    { MATCH_LAB, 1 + 6 + 1 },     { MATCH_SPECTRUM, 1 + 2 + 7 + 1 },
-    { MATCH_RGB, 1 + 1 + 6 + 1 }, { MATCH_RGB_FLOAT, 1 + 1 + 6 + 1 },
-    { MATCH_DE2000, 1 + 6 + 1 },
+    { MATCH_LAB, 1 + 4 + 1 },     { MATCH_SPECTRUM, 1 + 2 + 4 + 1 },
+    { MATCH_RGB, 1 + 1 + 4 + 1 }, { MATCH_RGB_FLOAT, 1 + 1 + 4 + 1 },
+    { MATCH_DE2000, 1 + 4 + 1 },
 };
 
 static void test_open(void)
