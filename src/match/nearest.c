@@ -174,6 +174,9 @@ struct search {
     struct delta_e_box box;            /* for de2000 only */
     const struct nearest_range *range; /* NULL: all rows */
     struct nearest_work work;
+    double point[COMPONENTS_DIMS]; /* and what follows: what the tree is asked */
+    struct kd_tree_range limits;
+    struct kd_tree_task task;
 };
 
 static double look_at_colour(void *context, size_t row)
@@ -204,12 +207,21 @@ static double look_at_spectrum(void *context, size_t row)
     return search->root_bands * best_limit(&search->best);
 }
 
+/* kd_tree_fetch, as is the next. */
 static void fetch_spectrum(void *context, size_t row)
 {
     const struct search *search = context;
     const float *spectrum = table_spectrum(search->nearest->table, row);
     for (size_t i = 0; i < search->overlap.padded; i += 16) /* floats to a line */
         __builtin_prefetch(spectrum + i);
+}
+
+static void fetch_colour(void *context, size_t row)
+{
+    const struct search *search = context;
+    const struct nearest *nearest = search->nearest;
+    for (int i = 0; i < 3; i++)
+        __builtin_prefetch(&nearest->colour[i][nearest->step * row]);
 }
 
 static double look_at_de2000(void *context, size_t row)
@@ -269,38 +281,36 @@ static void look_at_all(struct search *search)
             look_at_de2000(search, row);
 }
 
-/* false, nothing looked at, where the tree does not apply: it knows distances over
- * all of the table's bands only. */
-static bool look_by_tree(struct search *search)
+/* The task for the tree; false where that does not apply: it knows distances over all of the
+ * table's bands only. */
+static bool make_task(struct search *search)
 {
     const struct nearest *nearest = search->nearest;
-    double point[COMPONENTS_DIMS];
-    struct kd_tree_task task = { .query = search->colour,
-                                 .look = look_of(nearest->by),
-                                 .context = search };
+    struct kd_tree_task *task = &search->task;
+    *task = (struct kd_tree_task){ .query = search->colour,
+                                   .look = look_of(nearest->by),
+                                   .fetch = fetch_colour,
+                                   .context = search };
     if (nearest->tree == NULL)
         return false;
     if (nearest->by == MATCH_SPECTRUM) {
         if (search->overlap.n < nearest->table->recipe.bands)
             return false;
-        components_point(nearest->components, search->overlap.value, point);
-        task.query = point;
-        task.fetch = fetch_spectrum;
+        components_point(nearest->components, search->overlap.value, search->point);
+        task->query = search->point;
+        task->fetch = fetch_spectrum;
     }
     if (nearest->by == MATCH_DE2000) {
         if (!delta_e_box_init(search->colour, nearest->extent, &search->box))
             return false;
-        task.bound = bound_de2000;
+        task->bound = bound_de2000;
     }
-    struct kd_tree_range range;
     if (search->range != NULL) {
-        memcpy(range.lo, search->range->lo, sizeof range.lo);
-        memcpy(range.hi, search->range->hi, sizeof range.hi);
-        task.range = &range;
+        memcpy(search->limits.lo, search->range->lo, sizeof search->limits.lo);
+        memcpy(search->limits.hi, search->range->hi, sizeof search->limits.hi);
+        task->range = &search->limits;
     }
-    bool applies = kd_tree_search(nearest->tree, &task);
-    search->work.judged += task.judged;
-    return applies;
+    return true;
 }
 
 /* ---- questions -------------------------------------------------------------------------- */
@@ -322,6 +332,7 @@ static enum status search_init(const struct nearest *nearest, const struct neare
     ret->best = (struct best){ hits, k < nearest->table->n ? k : nearest->table->n, 0 };
     ret->range = query->range;
     ret->work = (struct nearest_work){ 0 };
+    ret->task.judged = 0;
     if (nearest->by == MATCH_SPECTRUM) {
         overlap_init(nearest->table, query->spectrum, &ret->overlap);
         ret->root_bands = sqrt((double)ret->overlap.n);
@@ -339,9 +350,10 @@ static enum status search_init(const struct nearest *nearest, const struct neare
 static enum status answer(const struct search *search, const struct nearest_query *query,
                           size_t *found)
 {
+    size_t judged = search->work.judged + search->task.judged;
     if (query->work != NULL) {
         query->work->rows += search->work.rows;
-        query->work->judged += search->work.judged;
+        query->work->judged += judged;
     }
     if (search->best.n == 0)
         return STATUS_NOT_FOUND;
@@ -356,9 +368,89 @@ enum status nearest_find(const struct nearest *nearest, const struct nearest_que
     enum status s = search_init(nearest, query, k, hits, &search);
     if (s != STATUS_OK)
         return s;
-    if (!look_by_tree(&search))
+    if (!make_task(&search) || !kd_tree_search(nearest->tree, &search.task))
         look_at_all(&search);
     return answer(&search, query, found);
+}
+
+/* ---- many of them ----------------------------------------------------------------------- */
+
+/* Questions in the order that they have, and the search of each slot that the tree has. */
+struct asking {
+    const struct nearest *nearest;
+    const struct nearest_query *query;
+    size_t n, k, next; /* next: the first question that no slot has had */
+    struct nearest_hit *hits;
+    size_t *found;
+    enum status *status;
+    size_t asked[KD_TREE_TOGETHER]; /* n: none */
+    struct search search[KD_TREE_TOGETHER];
+};
+
+static void end_question(struct asking *asking, size_t slot)
+{
+    size_t number = asking->asked[slot];
+    struct search *search = &asking->search[slot];
+    if (search->task.refused)
+        look_at_all(search);
+    asking->status[number] = answer(search, &asking->query[number], &asking->found[number]);
+}
+
+/* What is read of a question, on its way before it is its turn.  Inlined for good, as in
+ * kd_tree.c. */
+VECTORS_INLINE void fetch_question(const struct asking *asking, size_t number)
+{
+    if (number == asking->n || asking->nearest->by != MATCH_SPECTRUM)
+        return;
+    const struct spectrum *spectrum = asking->query[number].spectrum;
+    __builtin_prefetch(spectrum);
+    for (size_t band = 0; band < asking->nearest->table->stride; band += 8) /* doubles to a line */
+        __builtin_prefetch(spectrum->value + band);
+}
+
+/* kd_tree_next */
+static struct kd_tree_task *next_question(void *context, size_t slot)
+{
+    struct asking *asking = context;
+    struct search *search = &asking->search[slot];
+    if (asking->asked[slot] < asking->n)
+        end_question(asking, slot);
+    while (asking->next < asking->n) {
+        size_t number = asking->next++;
+        asking->asked[slot] = number;
+        asking->found[number] = 0;
+        fetch_question(asking, asking->next);
+        asking->status[number] = search_init(asking->nearest, &asking->query[number], asking->k,
+                                             asking->hits + number * asking->k, search);
+        if (asking->status[number] != STATUS_OK)
+            continue;
+        if (make_task(search))
+            return &search->task;
+        search->task.refused = true;
+        end_question(asking, slot);
+    }
+    asking->asked[slot] = asking->n;
+    return NULL;
+}
+
+void nearest_find_many(const struct nearest *nearest, size_t n, const struct nearest_query *query,
+                       size_t k, struct nearest_hit *hits, size_t *found, enum status *status)
+{
+    struct asking asking;
+    asking.nearest = nearest;
+    asking.query = query;
+    asking.n = n;
+    asking.k = k;
+    asking.next = 0;
+    asking.hits = hits;
+    asking.found = found;
+    asking.status = status;
+    for (size_t slot = 0; slot < KD_TREE_TOGETHER; slot++)
+        asking.asked[slot] = n;
+    if (nearest->tree != NULL)
+        kd_tree_search_many(nearest->tree, next_question, &asking);
+    else
+        (void)next_question(&asking, 0); /* looks at all rows for each */
 }
 
 enum status nearest_scan(const struct nearest *nearest, const struct nearest_query *query, size_t k,

@@ -67,6 +67,12 @@ void nearest_close(struct nearest *nearest); /* takes NULL */
 enum status nearest_find(const struct nearest *nearest, const struct nearest_query *query, size_t k,
                          struct nearest_hit *hits, size_t *found);
 
+/* nearest_find() of n questions query[n], to the same answers, but quicker: while one search waits
+ * for memory others go on.  Question i has its hits at hits + i k, k places each, their number in
+ * found[i], 0 where none were found, and its status in status[i]. */
+void nearest_find_many(const struct nearest *nearest, size_t n, const struct nearest_query *query,
+                       size_t k, struct nearest_hit *hits, size_t *found, enum status *status);
+
 /* The same answer from looking at every row: what nearest_find() is tested and measured
  * against. */
 enum status nearest_scan(const struct nearest *nearest, const struct nearest_query *query, size_t k,
