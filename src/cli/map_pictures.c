@@ -1,4 +1,4 @@
-/* map_pictures.c - each band by itself, read once for its quantiles twice, once for its rows. */
+/* map_pictures.c - each band by itself, gone over twice for its quantiles, once for its rows. */
 #include "cli/map_pictures.h"
 
 #include <math.h>
@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <sys/stat.h>
 
+#include "base/huge_pages.h"
 #include "base/log.h"
 #include "base/parallel.h"
 #include "cli/new_file.h"
@@ -13,8 +14,15 @@
 #include "cube/map_picture.h"
 #include "cube/quantiles.h"
 
-/* Values of a band that are read at a time; a line at least. */
-enum { AT_A_TIME = 1 << 16 };
+/* Values of a band that are read at a time; a line at least.  And those that all threads together
+ * keep: a band for which there is room is read once, not three times. */
+enum { AT_A_TIME = 1 << 16, KEPT_BYTES = 64 << 20 };
+
+/* What a thread works with, band after band. */
+struct worker {
+    float *value;
+    struct quantiles *quantiles;
+};
 
 struct work {
     const struct map_file *file;
@@ -22,31 +30,61 @@ struct work {
     bool pictures;
     struct map_contents *contents;
     unsigned char palette[PICTURE_COLOURS][3];
+    size_t lines, room; /* of a worker: read at a time; that its memory holds, a band's at most */
+    struct worker worker[PARALLEL_MAX_THREADS];
 };
 
 /* A band, some lines at a time. */
 struct band_reader {
+    const struct work *work;
     const struct map_file *file;
-    size_t band, line, lines; /* which are in value[] */
-    size_t most;
-    float *value;
+    size_t band, first, held; /* lines first .. + held are in memory[] */
+    float *memory;
+    size_t line, lines; /* those taken last, and their values */
+    const float *value;
 };
 
-static enum status reader_open(const struct map_file *file, size_t band, struct band_reader *r)
+/* How much of a band so many threads keep. */
+static void settle_room(struct work *w, unsigned threads)
 {
-    size_t most = AT_A_TIME / file->samples;
-    *r = (struct band_reader){ .file = file, .band = band, .most = most > 0 ? most : 1 };
-    r->value = malloc(r->most * file->samples * sizeof *r->value);
-    return r->value != NULL ? STATUS_OK : STATUS_NO_MEMORY;
+    size_t samples = w->file->samples, lines = w->file->lines;
+    size_t bands = threads < w->file->bands ? threads : w->file->bands;
+    w->lines = AT_A_TIME / samples > 0 ? AT_A_TIME / samples : 1;
+    if (w->lines > lines)
+        w->lines = lines;
+    w->room = KEPT_BYTES / bands / sizeof(float) / samples >= lines ? lines : w->lines;
 }
 
-/* The lines from this one on; at the end none. */
+static enum status worker_open(const struct work *w, struct worker *ret)
+{
+    ret->value = huge_pages_alloc(w->room * w->file->samples, sizeof *ret->value);
+    ret->quantiles = malloc(sizeof *ret->quantiles);
+    return ret->value != NULL && ret->quantiles != NULL ? STATUS_OK : STATUS_NO_MEMORY;
+}
+
+static void worker_close(struct worker *w)
+{
+    free(w->value);
+    free(w->quantiles);
+}
+
+/* Some lines from this one on, those in memory or as many as are read at a time; at the end none.
+ */
 static enum status reader_take(struct band_reader *r, size_t line)
 {
-    size_t left = r->file->lines - line;
+    size_t samples = r->file->samples, left = r->file->lines - line;
+    enum status s = STATUS_OK;
+    if (line < r->first || line >= r->first + r->held) {
+        bool all = r->work->room == r->file->lines; /* then lines are read in their order */
+        size_t lines = left < r->work->lines ? left : r->work->lines;
+        r->first = all ? 0 : line;
+        r->held = all ? line + lines : lines;
+        s = map_file_read(r->file, r->band, line, lines, r->memory + (line - r->first) * samples);
+    }
     r->line = line;
-    r->lines = left < r->most ? left : r->most;
-    return map_file_read(r->file, r->band, r->line, r->lines, r->value);
+    r->lines = r->first + r->held - line;
+    r->value = r->memory + (line - r->first) * samples;
+    return s;
 }
 
 void map_pictures_path(const char *prefix, const struct map_fit *fit, size_t band,
@@ -154,20 +192,16 @@ static enum status paint(const struct work *w, struct band_reader *r)
 static enum status make_band(size_t band, unsigned worker, void *context)
 {
     struct work *w = context;
-    struct band_reader reader;
-    (void)worker;
-    enum status s = reader_open(w->file, band, &reader);
-    if (s != STATUS_OK)
-        return s;
-    struct quantiles *q = malloc(sizeof *q);
-    if (band + 1 == map_fit_bands(w->fit))
+    struct worker *own = &w->worker[worker];
+    enum status s = own->value == NULL ? worker_open(w, own) : STATUS_OK;
+    struct band_reader reader = { .work = w, .file = w->file, .band = band, .memory = own->value };
+    bool flags = band + 1 == map_fit_bands(w->fit);
+    if (s == STATUS_OK && flags)
         s = count_flags(w, &reader);
-    else
-        s = q != NULL ? find_quantiles(&reader, q, &w->contents->band[band]) : STATUS_NO_MEMORY;
-    if (s == STATUS_OK && w->pictures && band + 1 < map_fit_bands(w->fit))
+    else if (s == STATUS_OK)
+        s = find_quantiles(&reader, own->quantiles, &w->contents->band[band]);
+    if (s == STATUS_OK && w->pictures && !flags)
         s = paint(w, &reader);
-    free(q);
-    free(reader.value);
     return s;
 }
 
@@ -175,11 +209,15 @@ enum status map_pictures_make(const struct map_file *file, const struct map_fit 
                               unsigned threads, struct map_contents *contents)
 {
     struct work w = { .file = file, .fit = fit, .pictures = pictures, .contents = contents };
-    map_picture_palette(w.palette);
+    settle_room(&w, threads);
+    if (pictures)
+        map_picture_palette(w.palette);
     contents->fitted = 0;
     for (size_t i = 0; i < MAP_FLAG_COUNT; i++)
         contents->flagged[i] = 0;
     enum status s = parallel_run(map_fit_bands(fit), threads, make_band, &w);
+    for (size_t i = 0; i < PARALLEL_MAX_THREADS; i++)
+        worker_close(&w.worker[i]);
     if (s == STATUS_NO_MEMORY)
         log_error("%s", status_text(s));
     return s;

@@ -6,7 +6,6 @@
 #ifndef SKINSPEC_CUBE_QUANTILES_H
 #define SKINSPEC_CUBE_QUANTILES_H
 
-#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -15,16 +14,17 @@ enum { QUANTILES_MOST = 4, QUANTILES_HALF = 1 << 16 };
 struct quantiles {
     size_t wanted;
     double share[QUANTILES_MOST];
-    uint64_t count;                   /* of all numbers, after the first pass */
-    uint64_t rank[QUANTILES_MOST];    /* of each quantile, within its half */
-    uint32_t half[QUANTILES_MOST];    /* where it lies */
-    bool of_interest[QUANTILES_HALF]; /* a quantile lies there */
-    uint64_t upper[QUANTILES_HALF];
+    uint64_t count;                /* of all numbers, after the first pass */
+    uint64_t rank[QUANTILES_MOST]; /* of each quantile, within its half */
+    uint32_t half[QUANTILES_MOST]; /* where it lies */
+    /* By the upper half; the last is of NaN.  Values next to each other are counted apart: they
+     * are often alike, and a count that was written just now is not read at once. */
+    uint64_t upper[QUANTILES_HALF + 1][2];
     uint64_t lower[QUANTILES_MOST][QUANTILES_HALF];
 };
 
 /* For the smallest values that shares (0..1) of the values do not exceed: of the median 0.5.
- * wanted: 1 .. QUANTILES_MOST. */
+ * wanted: 1 .. QUANTILES_MOST.  *q may have served for others before. */
 void quantiles_begin(struct quantiles *q, const double *share, size_t wanted);
 void quantiles_first(struct quantiles *q, const float *value, size_t n);  /* all values, in parts */
 void quantiles_between(struct quantiles *q);                              /* then this once */
