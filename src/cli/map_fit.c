@@ -300,34 +300,63 @@ static size_t choose(const struct map_fit *f, struct map_scratch *s, size_t n, s
     return count;
 }
 
-static uint32_t flags_of(uint32_t refined)
+/* Without branches: of several at once. */
+VECTORS_INLINE uint32_t flags_of(uint32_t refined)
 {
     uint32_t all = (uint32_t)REFINE_AT_BOUND * ((1u << SKIN_PARAMETERS) - 1);
     uint32_t flags = (refined & all) / (uint32_t)REFINE_AT_BOUND * (uint32_t)MAP_AT_BOUND;
-    if (refined & (uint32_t)REFINE_MANY_REFUSED)
-        return MAP_REFUSED;
-    if (refined & (uint32_t)REFINE_NOT_CONVERGED)
-        flags |= (uint32_t)MAP_NOT_CONVERGED;
-    if (refined & (uint32_t)REFINE_RESIDUAL_TOO_LARGE)
-        flags |= (uint32_t)MAP_RESIDUAL_TOO_LARGE;
-    return flags;
+    flags |= refined & (uint32_t)REFINE_NOT_CONVERGED ? (uint32_t)MAP_NOT_CONVERGED : 0u;
+    flags |= refined & (uint32_t)REFINE_RESIDUAL_TOO_LARGE ? (uint32_t)MAP_RESIDUAL_TOO_LARGE : 0u;
+    return refined & (uint32_t)REFINE_MANY_REFUSED ? (uint32_t)MAP_REFUSED : flags;
 }
 
 /* All n were fitted: in whole groups, the last of which ends with anything. */
+VECTORS_INLINE void put_kind(const struct map_fit *f, const struct map_scratch *s, size_t n,
+                             size_t row, float *map)
+{
+    size_t numbers = map_fit_bands(f) - 1;
+    for (size_t b = 0; b < numbers; b++)
+        for (size_t i = 0; i < n; i += MAP_FIT_GROUP) {
+            float *restrict to = map + b * row + i;
+            const double *from = s->answers + b * s->pixels + i;
+            for (size_t k = 0; k < MAP_FIT_GROUP; k++)
+                to[k] = (float)from[k];
+        }
+    for (size_t i = 0; i < n; i += MAP_FIT_GROUP) {
+        float *restrict to = map + numbers * row + i;
+        const uint32_t *from = s->flags + i;
+        for (size_t k = 0; k < MAP_FIT_GROUP; k++)
+            to[k] = (float)flags_of(from[k]);
+    }
+}
+
+static void put_plain(const struct map_fit *f, const struct map_scratch *s, size_t n, size_t row,
+                      float *map)
+{
+    put_kind(f, s, n, row, map);
+}
+
+VECTORS_AVX2 static void put_avx2(const struct map_fit *f, const struct map_scratch *s, size_t n,
+                                  size_t row, float *map)
+{
+    put_kind(f, s, n, row, map);
+}
+
+VECTORS_AVX512 static void put_avx512(const struct map_fit *f, const struct map_scratch *s,
+                                      size_t n, size_t row, float *map)
+{
+    put_kind(f, s, n, row, map);
+}
+
 static void put_all(const struct map_fit *f, const struct map_scratch *s, size_t n, size_t row,
                     float *map)
 {
-    size_t numbers = map_fit_bands(f) - 1;
-    for (size_t first = 0; first < n; first += MAP_FIT_GROUP) {
-        for (size_t b = 0; b < numbers; b++) {
-            float *restrict to = map + b * row + first;
-            const double *from = s->answers + b * s->pixels + first;
-            for (size_t i = 0; i < MAP_FIT_GROUP; i++)
-                to[i] = (float)from[i];
-        }
-        for (size_t i = first; i < n && i < first + MAP_FIT_GROUP; i++)
-            map[numbers * row + i] = (float)flags_of(s->flags[i]);
-    }
+    if (f->vectors == VECTORS_WITH_AVX512)
+        put_avx512(f, s, n, row, map);
+    else if (f->vectors == VECTORS_WITH_AVX2)
+        put_avx2(f, s, n, row, map);
+    else
+        put_plain(f, s, n, row, map);
 }
 
 static void put_back(const struct map_fit *f, const struct map_scratch *s, size_t count, size_t n,

@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <sys/stat.h>
 
-#include "base/huge_pages.h"
 #include "base/log.h"
 #include "base/parallel.h"
 #include "cli/new_file.h"
@@ -57,7 +56,7 @@ static void settle_room(struct work *w, unsigned threads)
 
 static enum status worker_open(const struct work *w, struct worker *ret)
 {
-    ret->value = huge_pages_alloc(w->room * w->file->samples, sizeof *ret->value);
+    ret->value = malloc(w->room * w->file->samples * sizeof *ret->value);
     ret->quantiles = malloc(sizeof *ret->quantiles);
     return ret->value != NULL && ret->quantiles != NULL ? STATUS_OK : STATUS_NO_MEMORY;
 }
@@ -95,22 +94,34 @@ void map_pictures_path(const char *prefix, const struct map_fit *fit, size_t ban
 
 /* ---- what is in it ------------------------------------------------------------------ */
 
+static void count_one(struct map_contents *c, unsigned flags)
+{
+    c->fitted -= (flags & (unsigned)MAP_MASKED) != 0 ? 1u : 0u;
+    for (size_t k = 0; flags >> k != 0; k++)
+        c->flagged[k] += flags >> k & 1u;
+}
+
+/* Most pixels have none. */
 static enum status count_flags(const struct work *w, struct band_reader *r)
 {
+    enum { GROUP = 16 };
     struct map_contents *c = w->contents;
     size_t samples = w->file->samples;
+    c->pixels = c->fitted = (uint64_t)samples * w->file->lines;
     for (size_t line = 0; line < w->file->lines; line += r->lines) {
         enum status s = reader_take(r, line);
+        size_t n = r->lines * samples, step = GROUP;
+        for (size_t i = 0; i < n && s == STATUS_OK; i += step) {
+            step = n - i < GROUP ? n - i : GROUP;
+            float most = 0.0f;
+            for (size_t k = 0; k < step; k++)
+                most = r->value[i + k] > most ? r->value[i + k] : most;
+            for (size_t k = 0; k < step && most > 0.0f; k++)
+                count_one(c, (unsigned)r->value[i + k]);
+        }
         if (s != STATUS_OK)
             return s;
-        for (size_t i = 0; i < r->lines * samples; i++) {
-            unsigned flags = (unsigned)r->value[i];
-            c->fitted += (flags & (unsigned)MAP_MASKED) == 0 ? 1u : 0u;
-            for (size_t k = 0; flags >> k != 0; k++)
-                c->flagged[k] += flags >> k & 1u;
-        }
     }
-    c->pixels = (uint64_t)samples * w->file->lines;
     return STATUS_OK;
 }
 
@@ -193,7 +204,7 @@ static enum status make_band(size_t band, unsigned worker, void *context)
 {
     struct work *w = context;
     struct worker *own = &w->worker[worker];
-    enum status s = own->value == NULL ? worker_open(w, own) : STATUS_OK;
+    enum status s = own->quantiles == NULL ? worker_open(w, own) : STATUS_OK;
     struct band_reader reader = { .work = w, .file = w->file, .band = band, .memory = own->value };
     bool flags = band + 1 == map_fit_bands(w->fit);
     if (s == STATUS_OK && flags)
@@ -212,7 +223,6 @@ enum status map_pictures_make(const struct map_file *file, const struct map_fit 
     settle_room(&w, threads);
     if (pictures)
         map_picture_palette(w.palette);
-    contents->fitted = 0;
     for (size_t i = 0; i < MAP_FLAG_COUNT; i++)
         contents->flagged[i] = 0;
     enum status s = parallel_run(map_fit_bands(fit), threads, make_band, &w);

@@ -264,20 +264,51 @@ static void answer_lanes(const struct job *job, size_t i, size_t n, const struct
         memcpy(ret->flags + i, flags, n * sizeof *flags);
 }
 
+/* Whole groups of rows that are neighbours in each band, into lanes. */
+VECTORS_INLINE void widen(const float *from, size_t band_stride, size_t bands, size_t groups,
+                          double *R)
+{
+    for (size_t k = 0; k < bands; k++)
+        for (size_t g = 0; g < groups; g++) {
+            const float *value = from + k * band_stride + g * LANES;
+            double *restrict to = R + (g * bands + k) * LANES;
+            for (size_t l = 0; l < LANES; l++)
+                to[l] = (double)value[l];
+        }
+}
+
+typedef void widen_function(const float *from, size_t band_stride, size_t bands, size_t groups,
+                            double *R);
+
+static void widen_plain(const float *from, size_t band_stride, size_t bands, size_t groups,
+                        double *R)
+{
+    widen(from, band_stride, bands, groups, R);
+}
+
+VECTORS_AVX2 static void widen_avx2(const float *from, size_t band_stride, size_t bands,
+                                    size_t groups, double *R)
+{
+    widen(from, band_stride, bands, groups, R);
+}
+
+VECTORS_AVX512 static void widen_avx512(const float *from, size_t band_stride, size_t bands,
+                                        size_t groups, double *R)
+{
+    widen(from, band_stride, bands, groups, R);
+}
+
 /* Rows from..from+n, neighbours in each band, into lanes. */
 static void lay_out_bands(const struct job *job, size_t from, size_t n, double *R)
 {
+    static widen_function *const by[VECTORS_KINDS] = { widen_plain, widen_avx2, widen_avx512 };
     size_t bands = job->many->bands;
+    if (job->rows->R == NULL)
+        by[vectors_best()](job->rows->R_float + from, job->band_stride, bands, n / LANES, R);
     for (size_t k = 0; k < bands; k++) {
         size_t at = k * job->band_stride + from;
-        for (size_t g = 0; g < n / LANES; g++) {
-            double *restrict to = R + (g * bands + k) * LANES;
-            if (job->rows->R != NULL)
-                memcpy(to, job->rows->R + at + g * LANES, LANES * sizeof *to);
-            else
-                for (size_t l = 0; l < LANES; l++)
-                    to[l] = (double)job->rows->R_float[at + g * LANES + l];
-        }
+        for (size_t g = 0; g < n / LANES && job->rows->R != NULL; g++)
+            memcpy(R + (g * bands + k) * LANES, job->rows->R + at + g * LANES, LANES * sizeof *R);
         for (size_t l = n / LANES * LANES; l < n; l++)
             R[(l / LANES * bands + k) * LANES + l % LANES] =
                 job->rows->R != NULL ? job->rows->R[at + l] : (double)job->rows->R_float[at + l];
