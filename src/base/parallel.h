@@ -10,7 +10,7 @@
 
 #include "base/status.h"
 
-/* worker: 0 .. threads-1, for scratch memory of its own. */
+/* worker: 0 .. threads-1, for scratch memory of its own; 0 is the calling thread. */
 typedef enum status parallel_piece(size_t piece, unsigned worker, void *context);
 
 /* Cores this process may run on, at least 1, at most PARALLEL_MAX_THREADS. */
