@@ -34,10 +34,10 @@ struct cost {
     size_t rows;               /* of the table; 0: none, the closed form of match/start.h */
     enum match_by by;          /* how the rows are searched; MATCH_SPECTRUM where rows is 0 */
     enum refine_kind refine;   /* REFINE_NOT: the nearest row, or the closed form, is the answer */
-    bool interval;             /* with REFINE_INTERVALS; else only values and se */
-    double us, us_p95;         /* one spectrum, one thread: median and 95th percentile of skins */
-    double rmse[3];            /* of Cm, Bm, Ch where spectra are made by the same model */
-    double rmse_transport[3];  /* the same where they are made by transport-32 */
+    bool interval;            /* with REFINE_INTERVALS and REFINE_SECOND; else only values and se */
+    double us, us_p95;        /* one spectrum, one thread: median and 95th percentile of skins */
+    double rmse[3];           /* of Cm, Bm, Ch where spectra are made by the same model */
+    double rmse_transport[3]; /* the same where they are made by transport-32 */
     /* The skin found - the skin that was there, both without noise, spectra by transport-32:
      * means over skins. */
     double dE00, rms_R;

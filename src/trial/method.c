@@ -292,14 +292,15 @@ enum status trial_run(const struct trial_ready *ready, const struct spectrum *me
         return s;
     if (!fit) {
         *ret = (struct trial_answer){ tissue_of(match.row.Cm, match.row.Bm, match.row.Ch), true,
-                                      match.row_index };
+                                      match.row_index, 0 };
         return STATUS_OK;
     }
     size_t n = ready->table != NULL ? starts_of(ready, hits, match.found, starts) : 0;
     s = refiner_run(ready->refiner, &ready->noise, measured, 1,
                     (const double(*)[SKIN_PARAMETERS])starts, n,
-                    ready->method.interval ? REFINE_INTERVALS : 0, &refined, NULL);
+                    ready->method.interval ? REFINE_INTERVALS | REFINE_SECOND : 0, &refined, NULL);
     if (s == STATUS_OK)
-        *ret = (struct trial_answer){ .skin = fit_tissue(&ready->fit, refined.value) };
+        *ret = (struct trial_answer){ .skin = fit_tissue(&ready->fit, refined.value),
+                                      .evaluations = refined.model_spectra };
     return s;
 }

@@ -25,8 +25,8 @@ struct trial_method {
     size_t size;             /* about as many: the table is of trial_grid(size) */
     enum match_by by;        /* MATCH_SPECTRUM where rows is 0 */
     enum refine_kind refine; /* REFINE_NOT: the row, or the closed form, is the answer */
-    bool interval;
-    bool batch; /* many spectra at a time: match/refine_many.h */
+    bool interval;           /* and a second solution: what a scene that wants them gets */
+    bool batch;              /* many spectra at a time: match/refine_many.h */
     enum trial_kernel kernel;
 };
 
@@ -67,6 +67,7 @@ struct trial_answer {
     struct tissue skin; /* what it says */
     bool has_row;       /* it is a row: */
     size_t row;         /* from 0 */
+    size_t evaluations; /* spectra of the model, whatever for; 0 where nothing was fitted */
 };
 
 /* Statuses of matcher_match() and refiner_run(). */
