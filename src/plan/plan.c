@@ -63,14 +63,15 @@ static void plan_search(const struct choice *c, const struct way *w, struct plan
     p->scene.has_by = true;
     p->scene.by = w->by;
     p->k = w->fits && p->scene.k < REFINE_STARTS ? (size_t)REFINE_STARTS : p->scene.k;
-    p->rows = choice_rows(c->scene, table);
+    bool beside = choice_searched(c->scene, w, table, p->searched);
+    p->rows = choice_rows(p->searched, table);
     if (w->by == MATCH_SPECTRUM)
         run(p, PLAN_SPECTRA);
     else if (table->recipe->bands > 0)
         leave_out(p, PLAN_SPECTRA, PLAN_BY_COLOUR, NAN, NAN);
     if (p->rows < table->rows)
-        leave_out(p, PLAN_ROWS, PLAN_OUT_OF_RANGE, (double)(table->rows - p->rows),
-                  (double)table->rows);
+        leave_out(p, PLAN_ROWS, beside ? PLAN_NOT_BESIDE : PLAN_OUT_OF_RANGE,
+                  (double)(table->rows - p->rows), (double)table->rows);
 }
 
 /* What the fit holds needs no derivatives; one pigment alone needs no other. */
@@ -85,17 +86,39 @@ static void plan_held(struct plan *p)
         leave_out(p, Bm == 1.0 ? PLAN_PHEOMELANIN : PLAN_EUMELANIN, PLAN_OTHER_MELANIN, Bm, NAN);
 }
 
+/* What was measured was measured with a dermis. */
+static void estimate_opaque(struct plan_estimate *e, double most)
+{
+    bool small = most <= e->rms; /* not of NAN */
+    e->rms += most;
+    if (!(e->rms <= 1.0))
+        e->rms = NAN;
+    if (small)
+        return;
+    e->dE00 = NAN;
+    for (size_t i = 0; i < 3; i++)
+        e->coefficient[i] = NAN;
+}
+
+/* Whether an error of the reflectance is all that is bounded. */
+static bool bounds_rms_alone(const struct scene_bound *b)
+{
+    return !isnan(b->rms) && isnan(b->dE00) && isnan(b->coefficient[SKIN_CM]) &&
+           isnan(b->coefficient[SKIN_BM]) && isnan(b->coefficient[SKIN_CH]);
+}
+
 /* Where the epidermis lets next to nothing through, whatever the skin: the dermis is not looked
- * at, and Ch, of which nothing is seen, is held in the middle of its range. */
+ * at, and Ch, of which nothing is seen, is held in the middle of its range.  That is the fit's
+ * matter: rows have a dermis, and are searched wherever the scene says. */
 static void plan_dermis(const struct choice *c, const struct recipe *recipe, struct plan *p)
 {
     struct scene *s = &p->scene;
     struct scene_range Cm = scene_range_of(s, SKIN_CM), Bm = scene_range_of(s, SKIN_BM);
-    bool bounded = !isnan(c->scene->bound.rms) && isnan(c->scene->bound.coefficient[SKIN_CH]);
     double value[SKIN_PARAMETERS], most = NAN, known = p->estimated.rms;
     const char *ignored;
     if (c->best.model->quick != MODEL_QUICK_TWO_LAYER || p->wish.kind == REFINE_SKIN ||
-        !(s->no_dermis || bounded))
+        !(s->no_dermis || bounds_rms_alone(&c->scene->bound)) ||
+        !(p->fit.role[SKIN_CM].free || p->fit.role[SKIN_BM].free))
         return;
     for (size_t i = 0; i < SKIN_PARAMETERS; i++)
         value[i] = p->fit.role[i].value;
@@ -111,11 +134,10 @@ static void plan_dermis(const struct choice *c, const struct recipe *recipe, str
     struct scene_range Ch = scene_range_of(s, SKIN_CH);
     double held = scene_is_held(s, SKIN_CH) ? Ch.lo : sqrt(Ch.lo * Ch.hi);
     s->no_dermis = true;
-    s->range[SKIN_CH] = (struct scene_range){ held, held };
     p->wish.fix[SKIN_CH] = held;
     (void)choice_fit(s, &p->wish, recipe, &p->fit, &ignored); /* as before, less Ch */
     p->fit.model = &opaque_model;
-    p->estimated.rms += most;
+    estimate_opaque(&p->estimated, most);
 }
 
 static enum status plan_fit(const struct choice *c, struct plan *p, char why[SCENE_WHY_SIZE])
@@ -205,7 +227,8 @@ enum status plan_make(const struct scene *scene, const struct plan_at_hand *at_h
         s = choice_make(scene, at_hand, &c, why);
     if (s != STATUS_OK)
         return s;
-    struct plan p = { .scene = *scene, .table = PLAN_NO_TABLE };
+    static const struct scene_range any = { NAN, NAN };
+    struct plan p = { .scene = *scene, .table = PLAN_NO_TABLE, .searched = { any, any, any } };
     p.scene.bound = scene_empty().bound;
     p.scene.budget_us = NAN;
     estimate(&c, &p);

@@ -3,7 +3,9 @@
  *
  * Pure: nothing is read, searched or computed of a spectrum.  What a way costs and how wrong it is
  * comes from plan/costs.h, measured; where nothing was measured it is NAN, and such a way is
- * chosen only where neither an error nor a time is asked for.
+ * chosen only where neither an error nor a time is asked for.  Without a dermis nothing was: then
+ * the errors of Cm, Bm, Ch and dE00 are told where leaving it out is proven to change R by less
+ * than the way's own rms, and rms is that and the proven bound, NAN where this says nothing.
  *
  *   said                     chosen
  *   an error bound           of the ways that meet it the quickest
@@ -63,7 +65,8 @@ enum plan_reason {
     PLAN_HELD,          /* at x */
     PLAN_OTHER_MELANIN, /* Bm is held at x, so all melanin is of the other kind */
     PLAN_OPAQUE,        /* the dermis changes R by at most x (rms over bands); the bound is y */
-    PLAN_AS_SAID,       /* in the scene */
+    PLAN_AS_SAID,       /* in the scene; the dermis: R changes by at most x (rms over bands) */
+    PLAN_NOT_BESIDE,    /* x of y rows: none is in the ranges, a fit begins at those beside them */
 };
 
 struct plan_omission {
@@ -113,6 +116,9 @@ struct plan {
     size_t given_bands;
     struct plan_estimate estimated;
     size_t rows; /* of the table that can be answers; 0 without */
+    /* Cm, Bm, Ch that these rows have; NAN: any.  The scene's ranges, but where rows are no more
+     * than where a fit begins and a range is between the values of the table: those beside it. */
+    struct scene_range searched[3];
     size_t omissions;
     struct plan_omission omission[PLAN_OMISSIONS_MAX];
 };

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "colour/xyz.h"
 
@@ -100,18 +101,59 @@ static size_t values_in(const struct axis *axis, struct scene_range r)
     return n;
 }
 
-size_t choice_rows(const struct scene *s, const struct plan_table *table)
+static struct scene_range or_whole(struct scene_range r, size_t i)
+{
+    return isnan(r.lo) ? scene_whole_range(i) : r;
+}
+
+size_t choice_rows(const struct scene_range range[3], const struct plan_table *table)
 {
     const struct grid *grid = &table->recipe->grid;
-    struct scene_range Cm = scene_range_of(s, 0), Bm = scene_range_of(s, 1);
-    size_t n = values_in(&grid->Ch, scene_range_of(s, 2));
-    if (!scene_is_ranged(s))
+    struct scene_range Cm = or_whole(range[0], 0), Bm = or_whole(range[1], 1);
+    size_t n = values_in(&grid->Ch, or_whole(range[2], 2));
+    if (isnan(range[0].lo) && isnan(range[1].lo) && isnan(range[2].lo))
         return table->rows;
     /* Without melanin there is one Bm. */
     bool bare = grid->Cm.lo == 0.0 && Cm.lo <= 0.0;
     size_t with_melanin = values_in(&grid->Cm, Cm) - (bare ? 1u : 0u);
     size_t bare_rows = bare && grid->Bm.lo >= Bm.lo && grid->Bm.lo <= Bm.hi ? n : 0;
     return bare_rows + with_melanin * values_in(&grid->Bm, Bm) * n;
+}
+
+static const struct axis *axis_of(const struct plan_table *table, size_t i)
+{
+    const struct grid *grid = &table->recipe->grid;
+    return i == SKIN_CM ? &grid->Cm : i == SKIN_BM ? &grid->Bm : &grid->Ch;
+}
+
+/* The values on both sides of a range that has none; beyond an end of the axis the end. */
+static struct scene_range beside(const struct axis *axis, struct scene_range r)
+{
+    size_t below = 0;
+    while (below < axis->n && axis_value(axis, below) < r.lo)
+        below++;
+    size_t lo = below > 0 ? below - 1 : 0, hi = below < axis->n ? below : axis->n - 1;
+    return (struct scene_range){ axis_value(axis, lo), axis_value(axis, hi) };
+}
+
+bool choice_searched(const struct scene *s, const struct way *w, const struct plan_table *table,
+                     struct scene_range ret[3])
+{
+    bool widened = false;
+    for (size_t i = 0; i < 3; i++)
+        ret[i] = s->range[i];
+    if (!w->fits || wants(s, SCENE_NEAREST))
+        return false;
+    for (size_t i = 0; i < 3; i++) {
+        if (isnan(ret[i].lo) || values_in(axis_of(table, i), ret[i]) > 0)
+            continue;
+        ret[i] = beside(axis_of(table, i), ret[i]);
+        widened = true;
+    }
+    if (choice_rows(ret, table) > 0)
+        return widened;
+    ret[SKIN_BM] = (struct scene_range){ NAN, NAN }; /* without melanin there is one Bm */
+    return true;
 }
 
 /* ---- the fit of a way --------------------------------------------------------------- */
@@ -294,12 +336,51 @@ static bool can_search(struct choice *c, const struct plan_table *table, enum ma
                            "the bands give no colour to search by %s; use 400..700 nm by 1, 5 or "
                            "10 nm, or search by spectrum",
                            match_by_name(by)));
-    if (choice_rows(c->scene, table) == 0)
-        return none(c, refuse(STATUS_RANGE, why,
-                              "no row of table '%s' lies inside the ranges; widen them, build a "
-                              "table that has such rows, or want `refined` without `nearest`",
-                              table->name));
     return true;
+}
+
+/* Rounded outwards, so that what is said as a range holds it. */
+static double outwards(double x, double (*round)(double))
+{
+    char text[32];
+    (void)snprintf(text, sizeof text, "%.4g", x);
+    if (x == 0.0 || strtod(text, NULL) == x)
+        return x;
+    double unit = pow(10.0, floor(log10(x)) - 3.0);
+    return round(x / unit) * unit;
+}
+
+/* Whether the table has a row inside the ranges. */
+static bool has_rows(struct choice *c, const struct plan_table *table)
+{
+    const struct scene *s = c->scene;
+    char *why = c->why[0] == '\0' ? c->why : (char[SCENE_WHY_SIZE]){ 0 };
+    if (choice_rows(s->range, table) > 0)
+        return true;
+    for (size_t i = 0; i < 3; i++) {
+        const struct axis *axis = axis_of(table, i);
+        struct scene_range r = s->range[i], whole = scene_whole_range(i);
+        if (isnan(r.lo) || values_in(axis, r) > 0)
+            continue;
+        struct scene_range near = beside(axis, r);
+        return none(c, refuse(STATUS_RANGE, why,
+                              "no row of table '%s' has %s in %g..%g; the nearest are in "
+                              "[%.4g, %.4g]: say that, build a table that has such rows, or want "
+                              "`refined` without `nearest`",
+                              table->name, skin_parameter_name(i), r.lo, r.hi,
+                              fmax(outwards(near.lo, floor), whole.lo),
+                              fmin(outwards(near.hi, ceil), whole.hi)));
+    }
+    return none(c, refuse(STATUS_RANGE, why,
+                          "without melanin (Cm 0) the rows of table '%s' have Bm %g alone; widen "
+                          "the range of Cm or Bm, or want `refined` without `nearest`",
+                          table->name, table->recipe->grid.Bm.lo));
+}
+
+/* What only a fit can do is asked for. */
+static bool says_fit(const struct scene *s)
+{
+    return s->fit != REFINE_NOT || s->no_dermis;
 }
 
 static void offer_table(struct choice *c, int index)
@@ -315,11 +396,14 @@ static void offer_table(struct choice *c, int index)
         struct way w = { .table = index, .by = s->has_by ? s->by : ways[i], .model = model };
         if ((i > 0 && w.by == first) || (i > 0 && !c->asked) || !can_search(c, table, w.by))
             continue;
-        if (!wants(s, SCENE_REFINED) && s->fit == REFINE_NOT && !s->no_dermis)
+        bool rows = (!wants(s, SCENE_REFINED) && !says_fit(s)) || wants(s, SCENE_NEAREST);
+        bool there = !rows || has_rows(c, table);
+        if (there && !wants(s, SCENE_REFINED) && !says_fit(s))
             offer(c, &w);
         w.fits = true;
-        if ((wants(s, SCENE_REFINED) || (wants(s, SCENE_COEFFICIENTS) && (c->asked || s->fit))) &&
-            can_fit(c, model, table->recipe))
+        bool fits =
+            wants(s, SCENE_REFINED) || (wants(s, SCENE_COEFFICIENTS) && (c->asked || says_fit(s)));
+        if ((there || !wants(s, SCENE_NEAREST)) && fits && can_fit(c, model, table->recipe))
             offer(c, &w);
     }
 }
@@ -332,11 +416,11 @@ static void offer_model(struct choice *c, const struct model *model)
     if ((s->model != NULL && s->model != model) || model->reflectance == NULL)
         return;
     const struct recipe recipe = recipe_default(model);
-    if (model->quick == MODEL_QUICK_HALF_SPACE && !wants(s, SCENE_REFINED) &&
-        s->fit == REFINE_NOT && c->bands >= 3 && !scene_is_ranged(s))
+    if (model->quick == MODEL_QUICK_HALF_SPACE && !wants(s, SCENE_REFINED) && !says_fit(s) &&
+        c->bands >= 3 && !scene_is_ranged(s))
         offer(c, &w);
     w.fits = true;
-    if ((wants(s, SCENE_REFINED) || c->asked || s->fit != REFINE_NOT) && can_fit(c, model, &recipe))
+    if ((wants(s, SCENE_REFINED) || c->asked || says_fit(s)) && can_fit(c, model, &recipe))
         offer(c, &w);
 }
 

@@ -41,8 +41,14 @@ double choice_error(const struct scene *scene, const struct cost *cost, size_t i
 /* The table's recipe; the model's default one without a table. */
 struct recipe choice_recipe(const struct plan_at_hand *at_hand, const struct way *way);
 
-/* Rows of a table inside the scene's ranges. */
-size_t choice_rows(const struct scene *scene, const struct plan_table *table);
+/* Rows of a table whose Cm, Bm, Ch are inside ranges (NAN: any). */
+size_t choice_rows(const struct scene_range range[3], const struct plan_table *table);
+
+/* Where a way looks for rows: inside the scene's ranges.  Where they are no more than where a fit
+ * begins, of a parameter that the table has no value of inside its range the values beside it; then
+ * there is always a row, and true is returned. */
+bool choice_searched(const struct scene *scene, const struct way *way,
+                     const struct plan_table *table, struct scene_range ret[3]);
 
 /* What a scene asks of a fit; and the fit, held and narrowed as the scene says.  Statuses and
  * *why of refine_wish_fit(). */

@@ -33,14 +33,16 @@ static enum status refuse(enum status s, const char *sentence, const char **why)
 
 /* ---- opened ------------------------------------------------------------------------- */
 
-static void take_range(const struct scene *scene, struct plan_runner *r)
+static void take_range(const struct plan *plan, struct plan_runner *r)
 {
+    bool ranged = false;
     for (size_t i = 0; i < 3; i++) {
-        bool free = isnan(scene->range[i].lo);
-        r->range.lo[i] = free ? -(double)INFINITY : scene->range[i].lo;
-        r->range.hi[i] = free ? (double)INFINITY : scene->range[i].hi;
+        bool free = isnan(plan->searched[i].lo);
+        r->range.lo[i] = free ? -(double)INFINITY : plan->searched[i].lo;
+        r->range.hi[i] = free ? (double)INFINITY : plan->searched[i].hi;
+        ranged = ranged || !free;
     }
-    r->ask.range = scene_is_ranged(scene) ? &r->range : NULL;
+    r->ask.range = ranged ? &r->range : NULL;
     r->ask.no_colour = !plan_runs(&r->plan, PLAN_COLOUR);
     r->ask.no_spectra = !plan_runs(&r->plan, PLAN_SPECTRA);
 }
@@ -99,7 +101,7 @@ enum status plan_open(const struct plan *plan, const struct matcher *matcher,
     r->given_step_nm = plan->given_step_nm;
     r->given_bands = plan->given_bands;
     r->narrowed = plan->bands != plan->given_bands;
-    take_range(&plan->scene, r);
+    take_range(plan, r);
     enum status s = open_colour(r);
     if (s == STATUS_OK)
         s = open_start(r);
@@ -174,6 +176,13 @@ static enum status run_search(const struct plan_runner *r, const struct spectrum
     return STATUS_OK;
 }
 
+static double inside(const struct plan_runner *r, size_t i, double x)
+{
+    const struct skin_role *role = &r->plan.fit.role[i];
+    return fmin(fmax(x, role->lo), role->hi);
+}
+
+/* Rows beside the ranges begin at their ends. */
 static size_t starts_of(const struct plan_runner *r, const struct nearest_hit *hits, size_t found,
                         double (*starts)[SKIN_PARAMETERS])
 {
@@ -182,6 +191,10 @@ static size_t starts_of(const struct plan_runner *r, const struct nearest_hit *h
     if (!plan_runs(p, PLAN_SEARCH) || p->scene.start == SCENE_START_CLOSED_FORM)
         return 0;
     refined_match_starts(r->matcher->table, hits, n, &p->fit, starts);
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < 3; j++)
+            if (p->fit.role[j].free)
+                starts[i][j] = inside(r, j, starts[i][j]);
     return n;
 }
 
@@ -212,12 +225,6 @@ static enum status run_fit(const struct plan_runner *r, const struct spectrum *r
         work->colours += !coloured ? 0u : r->matcher != NULL ? 3u : 2u;
     }
     return STATUS_OK;
-}
-
-static double inside(const struct plan_runner *r, enum skin_parameter i, double x)
-{
-    const struct skin_role *role = &r->plan.fit.role[i];
-    return fmin(fmax(x, role->lo), role->hi);
 }
 
 /* The equations know no bounds. */

@@ -92,7 +92,19 @@ void plan_omission_words(const struct plan *plan, size_t i, char text[PLAN_WORDS
                  o->x, o->y);
         break;
     case PLAN_AS_SAID:
-        snprintf(text, PLAN_WORDS_SIZE, "the scene says so");
+        if (o->x <= 1.0)
+            snprintf(text, PLAN_WORDS_SIZE,
+                     "the scene says so; it changes R by at most %.2g (rms over bands)", o->x);
+        else
+            snprintf(text, PLAN_WORDS_SIZE,
+                     "the scene says so; skin as light as may be here shows it, by how much is not "
+                     "known");
+        break;
+    case PLAN_NOT_BESIDE:
+        snprintf(text, PLAN_WORDS_SIZE,
+                 "no row lies in the ranges; the fit begins beside them, and %.0f of %.0f do not "
+                 "lie there",
+                 o->x, o->y);
         break;
     }
 }

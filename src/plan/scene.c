@@ -135,9 +135,11 @@ static enum status check_fit(const struct scene *s, char *why)
 {
     bool fits = (s->wanted & SCENE_REFINED) != 0;
     if (fits && scene_is_held(s, SKIN_CM) && scene_is_held(s, SKIN_BM) &&
-        scene_is_held(s, SKIN_CH) && s->fit != REFINE_SKIN)
-        return refuse(why, "Cm, Bm and Ch are all held, so nothing is left to fit; free one of "
-                           "them, or leave `refined` out");
+        (s->no_dermis || scene_is_held(s, SKIN_CH)) && s->fit != REFINE_SKIN)
+        return refuse(why,
+                      "Cm, Bm and Ch are all held%s, so nothing is left to fit; free one of "
+                      "them, or leave `refined` out",
+                      s->no_dermis ? " (Ch without the dermis)" : "");
     if (s->fit == REFINE_SKIN && !isnan(s->range[SKIN_BM].lo) && !scene_is_held(s, SKIN_BM))
         return refuse(why, "the fit for measured skin holds Bm, which the data do not tell from "
                            "scattering; hold it at one value, or fit three");
@@ -197,6 +199,10 @@ static enum status check_limits(const struct scene *s, char *why)
     if (!isnan(s->budget_us) && scene_is_bounded(s))
         return refuse(why, "a time budget and an error bound are both given; give one: the least "
                            "error for a time, or the least time for an error");
+    if (scene_is_bounded(s) && s->no_dermis)
+        return refuse(why, "no error was measured without the dermis, and both `error` and "
+                           "`dermis` are given; leave `dermis` out: where rms alone is bounded and "
+                           "has room for it, the dermis is left out by itself");
     if (scene_is_bounded(s) && !scene_wants_skin(s))
         return refuse(why, "an error bound is about the skin that is found, and none is wanted; "
                            "want coefficients, nearest or refined, or leave the bound out");

@@ -99,6 +99,19 @@ class Scene(Case):
             self.assertIn("eumelanin", self.left_out(record)["pheomelanin"])
             self.assertIn("rows", self.left_out(record))
 
+    def test_off_the_grid(self):
+        """What no row has can be held; without a dermis there is an answer, and no impossible error."""
+        for scene, name, value in (
+            ({"want": ["refined"], "dermis": False}, "Ch", 0.01),
+            ({"want": ["coefficients"], "dermis": False}, "Ch", 0.01),
+            ({"want": ["refined"], "Cm": 0.0123}, "Cm", 0.0123),
+            ({"want": ["refined"], "Ch": [0.0123, 0.01230001]}, "Ch", 0.0123),
+        ):
+            for record in self.answer(scene):
+                self.assertAlmostEqual(record[name], value, delta=1e-7)
+                self.assertLess(record["plan"]["estimated"].get("rms", 0), 1)
+        self.refused({"want": ["nearest"], "Ch": 0.0123}, "the nearest are in [0.01")
+
     def test_plan_alone(self):
         path = self.file('{"want": ["nearest"], "by": "lab"}')
         done = self.run_ok("match", EXAMPLES, "--scene", path, "--tables", TABLES, "--plan")

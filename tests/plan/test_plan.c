@@ -182,7 +182,108 @@ static void test_held(void)
     left_out(PLAN_EUMELANIN, PLAN_OTHER_MELANIN, "all melanin is pheomelanin");
     s.range[1] = (struct scene_range){ 0.31, 0.3101 };
     s.wanted |= SCENE_NEAREST;
-    refused(STATUS_RANGE, &s, "no row of table 'two-layer'", "widen");
+    refused(STATUS_RANGE, &s, "no row of table 'two-layer' has Bm in 0.31..0.3101",
+            "0.35]: say that");
+}
+
+/* Rows of the first table with Cm, Bm or Ch (i) from lo to hi.  expect: counted row by row. */
+static size_t count_rows(size_t i, double lo, double hi)
+{
+    size_t n = 0;
+    for (size_t row = 0; row < tables[0].rows; row++) {
+        double x[3];
+        grid_row(&tables[0].recipe->grid, row, &x[0], &x[1], &x[2]);
+        n += x[i] >= lo && x[i] <= hi ? 1u : 0u;
+    }
+    return n;
+}
+
+/* What is held need not be a value of the table: a fit begins at the rows beside it; where a row
+ * is the answer, the nearest are told, and what is told can be said. */
+static void test_off_the_grid(void)
+{
+    struct scene s = wanting(SCENE_REFINED);
+    double lo, hi;
+    s.range[2] = (struct scene_range){ 0.0123, 0.0123 };
+    make(&s);
+    runs(PART(TABLE) | PART(SPECTRA) | PART(SEARCH) | PART(FIT));
+    left_out(PLAN_ROWS, PLAN_NOT_BESIDE, "begins beside them");
+    TEST_ASSERT_EQUAL_DOUBLE(0.0123, plan.fit.role[SKIN_CH].value);
+    TEST_ASSERT_TRUE(plan.searched[2].lo < 0.0123 && plan.searched[2].hi > 0.0123);
+    TEST_ASSERT_EQUAL_size_t(count_rows(2, plan.searched[2].lo, plan.searched[2].hi), plan.rows);
+    TEST_ASSERT_EQUAL_size_t(2 * tables[0].rows / two_layer.grid.Ch.n, plan.rows);
+    s.range[2] = (struct scene_range){ 0.0123, 0.01231 };
+    s.range[0] = (struct scene_range){ 0.02, 0.1 }; /* of which there are */
+    make(&s);
+    TEST_ASSERT_EQUAL_DOUBLE(0.02, plan.searched[0].lo);
+    TEST_ASSERT_TRUE(plan.rows > 0);
+    s.range[0] = (struct scene_range){ 0.0, 0.0 }; /* below all rows */
+    make(&s);
+    TEST_ASSERT_EQUAL_DOUBLE(two_layer.grid.Cm.lo, plan.searched[0].lo);
+    TEST_ASSERT_EQUAL_DOUBLE(two_layer.grid.Cm.lo, plan.searched[0].hi);
+    TEST_ASSERT_TRUE(plan.rows > 0);
+    static const unsigned rows_wanted[] = { SCENE_NEAREST, SCENE_COEFFICIENTS,
+                                            SCENE_REFINED | SCENE_NEAREST };
+    for (size_t i = 0; i < 3; i++) {
+        s = wanting(rows_wanted[i]);
+        s.range[2] = (struct scene_range){ 0.0123, 0.0123 };
+        refused(STATUS_RANGE, &s, "no row of table 'two-layer' has Ch in 0.0123..0.0123",
+                "say that");
+        TEST_ASSERT_EQUAL_INT(2, sscanf(strchr(why, '['), "[%lf, %lf]", &lo, &hi));
+        s.range[2] = (struct scene_range){ lo, hi };
+        make(&s);
+        TEST_ASSERT_EQUAL_size_t(2 * tables[0].rows / two_layer.grid.Ch.n, plan.rows);
+    }
+}
+
+/* Rows without melanin have one Bm, whatever is asked. */
+static void test_without_melanin(void)
+{
+    struct scene s = wanting(SCENE_REFINED);
+    two_layer.grid.Cm = (struct axis){ 0.0, 0.5, 11, false };
+    tables[0].rows = grid_rows(&two_layer.grid);
+    s.range[0] = (struct scene_range){ 0.0, 0.0 };
+    s.range[1] = (struct scene_range){ 0.3, 0.4 };
+    make(&s);
+    TEST_ASSERT_EQUAL_size_t(two_layer.grid.Ch.n, plan.rows);
+    s.wanted = SCENE_NEAREST;
+    refused(STATUS_RANGE, &s, "without melanin (Cm 0)", "widen");
+}
+
+/* Ch is held for the fit; rows have a dermis, so they are searched as if it were not. */
+static void test_dermis_said(void)
+{
+    struct scene s = wanting(SCENE_REFINED);
+    s.no_dermis = true;
+    make(&s);
+    runs(PART(TABLE) | PART(SPECTRA) | PART(SEARCH) | PART(FIT));
+    TEST_ASSERT_EQUAL_size_t(tables[0].rows, plan.rows);
+    TEST_ASSERT_EQUAL_PTR(&opaque_model, plan.fit.model);
+    TEST_ASSERT_FALSE(plan.fit.role[SKIN_CH].free);
+    left_out(PLAN_BY_CH, PLAN_HELD, "held at 0.01");
+    /* Light skin shows it: nothing is known of errors. */
+    left_out(PLAN_DERMIS, PLAN_AS_SAID, "is not known");
+    TEST_ASSERT_TRUE(isnan(plan.estimated.rms) && isnan(plan.estimated.dE00) &&
+                     isnan(plan.estimated.coefficient[0]));
+    TEST_ASSERT_EQUAL_DOUBLE(9.0, plan.estimated.us);
+    s.range[0] = (struct scene_range){ 0.1, 0.5 };
+    make(&s);
+    TEST_ASSERT_TRUE(!(plan.estimated.rms > 1.0)); /* R is not more */
+    s.range[0] = (struct scene_range){ 0.4, 0.5 };
+    s.range[1] = (struct scene_range){ 0.9, 1.0 };
+    s.first_nm = 400.0;
+    s.last_nm = 500.0;
+    s.step_nm = 10.0;
+    make(&s);
+    left_out(PLAN_DERMIS, PLAN_AS_SAID, "at most");
+    TEST_ASSERT_TRUE(plan.estimated.rms > 0.004 && plan.estimated.rms < 0.008);
+    TEST_ASSERT_EQUAL_DOUBLE(0.004, plan.estimated.coefficient[0]);
+    s = wanting(SCENE_COEFFICIENTS);
+    s.no_dermis = true;
+    make(&s);
+    runs(PART(TABLE) | PART(SPECTRA) | PART(SEARCH) | PART(FIT));
+    s.bound.coefficient[0] = 0.02;
+    refused(STATUS_RANGE, &s, "without the dermis", "leave `dermis` out");
 }
 
 static void test_narrowed(void)
@@ -238,7 +339,13 @@ static void test_opaque(void)
     make(&s);
     TEST_ASSERT_FALSE(is_left_out(PLAN_DERMIS));
     s.range[0].lo = 0.4;
-    s.bound.coefficient[2] = 0.05; /* Ch is asked for */
+    for (size_t i = 0; i < 3; i++) { /* that was measured with a dermis */
+        s.bound.coefficient[i] = 0.05;
+        make(&s);
+        TEST_ASSERT_FALSE(is_left_out(PLAN_DERMIS));
+        s.bound.coefficient[i] = NAN;
+    }
+    s.bound.dE00 = 1.0;
     make(&s);
     TEST_ASSERT_FALSE(is_left_out(PLAN_DERMIS));
 }
@@ -431,6 +538,9 @@ int main(void)
     RUN_TEST(test_refined);
     RUN_TEST(test_without_tables);
     RUN_TEST(test_held);
+    RUN_TEST(test_off_the_grid);
+    RUN_TEST(test_without_melanin);
+    RUN_TEST(test_dermis_said);
     RUN_TEST(test_narrowed);
     RUN_TEST(test_opaque);
     RUN_TEST(test_bands);

@@ -378,6 +378,41 @@ static void test_opaque(void)
     plan_close(o.runner);
 }
 
+/* Held and narrow between the table's values, and without a dermis: every skin has an answer,
+ * inside what was said, and its scene gives the same again. */
+static void test_off_the_grid(void)
+{
+    struct scene scenes[5];
+    struct plan_answer a, b;
+    for (size_t i = 0; i < 5; i++)
+        scenes[i] = wanting(SCENE_REFINED);
+    scenes[0].range[2] = (struct scene_range){ 0.0123, 0.0123 };
+    scenes[1].range[0] = (struct scene_range){ 0.0123, 0.0124 };
+    scenes[1].range[1] = (struct scene_range){ 0.31, 0.31 };
+    scenes[2].range[0] = (struct scene_range){ 0.0, 0.0 };
+    scenes[3].no_dermis = true;
+    scenes[4].no_dermis = true;
+    scenes[4].wanted |= SCENE_NEAREST;
+    for (size_t k = 0; k < 5; k++) {
+        struct opened first, again;
+        open_scene(&scenes[k], &first);
+        open_scene(&first.plan.scene, &again);
+        for (size_t i = 0; i < SKINS; i++) {
+            (void)run(&first, &skins[i], &a);
+            (void)run(&again, &skins[i], &b);
+            TEST_ASSERT_TRUE(a.has_refined && a.has_nearest);
+            for (size_t j = 0; j < 3; j++) {
+                struct scene_range r = scene_range_of(&scenes[k], j);
+                TEST_ASSERT_TRUE(a.coefficient[j] >= r.lo && a.coefficient[j] <= r.hi);
+            }
+            same(a.refined.value, b.refined.value, SKIN_PARAMETERS);
+            TEST_ASSERT_EQUAL_size_t(a.nearest.row_index, b.nearest.row_index);
+        }
+        plan_close(first.runner);
+        plan_close(again.runner);
+    }
+}
+
 /* Fewer bands: as if no others had been measured. */
 static void test_bands(void)
 {
@@ -435,6 +470,7 @@ int main(void)
     RUN_TEST(test_range);
     RUN_TEST(test_without_table);
     RUN_TEST(test_opaque);
+    RUN_TEST(test_off_the_grid);
     RUN_TEST(test_bands);
     RUN_TEST(test_refused);
     return UNITY_END();

@@ -99,6 +99,10 @@ static void test_ranges(void)
     for (size_t i = 0; i < 3; i++)
         s.range[i] = (struct scene_range){ 0.05, 0.05 };
     refused(&s, "all held", "free one");
+    s.range[2] = (struct scene_range){ NAN, NAN };
+    accepted(&s);
+    s.no_dermis = true;
+    refused(&s, "all held (Ch without the dermis)", "free one");
     s = wanting(SCENE_REFINED);
     s.fit = REFINE_SKIN;
     s.range[1] = (struct scene_range){ 0.2, 0.3 };
