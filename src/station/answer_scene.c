@@ -37,6 +37,17 @@ static double now_us(void)
     return 1e6 * (double)t.tv_sec + 1e-3 * (double)t.tv_nsec;
 }
 
+/* A record keeps what was found in a table, so of ways that do as well those that search one are
+ * left. */
+static struct scene for_record(const struct scene *scene)
+{
+    struct scene s = *scene;
+    bool may_do_without = scene_wants_skin(scene) && (scene->wanted & SCENE_NEAREST) == 0;
+    if (may_do_without && s.start == SCENE_START_ANY)
+        s.start = SCENE_START_ROWS;
+    return s;
+}
+
 /* keep: for a record. */
 static enum status make_plan(struct loaded_table *table, const struct scene *scene, bool keep,
                              double first_nm, double step_nm, size_t bands, struct plan *ret,
@@ -48,12 +59,32 @@ static enum status make_plan(struct loaded_table *table, const struct scene *sce
         one = (struct plan_table){ rows->name, &rows->recipe, rows->n };
     const struct costs *costs = measured_costs != NULL ? measured_costs : costs_builtin();
     struct plan_at_hand hand = { costs, &one, rows != NULL ? 1 : 0, first_nm, step_nm, bands };
-    enum status s = plan_make(scene, &hand, ret, why);
+    const struct scene kept = keep ? for_record(scene) : *scene;
+    enum status s = plan_make(&kept, &hand, ret, why);
     if (s != STATUS_OK || !keep || plan_runs(ret, PLAN_SEARCH))
         return s;
     snprintf(why, SCENE_WHY_SIZE,
              "a record keeps what was found in a table, and this scene searches none; want "
-             "`nearest` too, or do not store it");
+             "`nearest` too%s",
+             scene->start == SCENE_START_CLOSED_FORM ? ", or leave `start` out" : "");
+    return STATUS_RANGE;
+}
+
+/* Colours alone: a record has its own, and they are the answer. */
+static enum status check_colours(const struct scene *scene, double first_nm, double step_nm,
+                                 size_t bands, char why[SCENE_WHY_SIZE])
+{
+    struct plan plan;
+    const struct scene usual = scene_empty();
+    enum status s = make_plan(NULL, scene, false, first_nm, step_nm, bands, &plan, why);
+    if (s != STATUS_OK || (scene->illuminant == usual.illuminant &&
+                           scene->observer == usual.observer && isnan(scene->first_nm)))
+        return s;
+    snprintf(why, SCENE_WHY_SIZE,
+             "where colours alone are wanted a record has those of all bands under %s and %s "
+             "degrees; want `nearest` too, which keeps the scene's, or leave `illuminant`, "
+             "`observer` and `bands` out",
+             illuminant_name(usual.illuminant), observer_name(usual.observer));
     return STATUS_RANGE;
 }
 
@@ -62,6 +93,8 @@ enum status answer_scene_check(struct loaded_table *table, const struct scene *s
                                char why[SCENE_WHY_SIZE])
 {
     struct plan plan;
+    if (!scene_wants_skin(scene))
+        return check_colours(scene, first_nm, step_nm, bands, why);
     return make_plan(table, scene, true, first_nm, step_nm, bands, &plan, why);
 }
 

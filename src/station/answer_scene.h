@@ -14,8 +14,8 @@
 void answer_scene_costs(const struct costs *costs);
 
 /* The match object of the record's SCE spectrum and replicates, with `plan`, into *ret.  table:
- * the one at hand, may be NULL.  With `keep`, also into the record, for which the plan has to
- * search a table: table_name, table_sha256, method, match_json, and refined_json where the skin
+ * the one at hand, may be NULL.  With `keep`, also into the record, for which a plan is made that
+ * searches a table: table_name, table_sha256, method, match_json, and refined_json where the skin
  * was refined; without the rows of `nearest` and without the time it took, so that the same
  * measurement is the same record.  Statuses of plan_make(), plan_open() and plan_run();
  * STATUS_RANGE where a record cannot keep it; why[] then says what is wrong and what to do, or is
@@ -23,8 +23,10 @@ void answer_scene_costs(const struct costs *costs);
 enum status answer_scene(struct loaded_table *table, const struct scene *scene, bool keep,
                          struct store_record *record, cJSON **ret, char why[SCENE_WHY_SIZE]);
 
-/* Whether a record can keep what the scene wants of spectra on these bands: statuses and why[] of
- * answer_scene() with `keep`, as far as they do not depend on what is measured. */
+/* Whether the record of a measurement can have what the scene wants of spectra on these bands:
+ * statuses and why[] of answer_scene() with `keep`, as far as they do not depend on what is
+ * measured; but of colours alone (table NULL) those that every record has are enough, and others
+ * are STATUS_RANGE. */
 enum status answer_scene_check(struct loaded_table *table, const struct scene *scene,
                                double first_nm, double step_nm, size_t bands,
                                char why[SCENE_WHY_SIZE]);

@@ -68,8 +68,8 @@ static bool has_plan(const struct bench *bench, struct loaded_table *table,
     return false;
 }
 
-/* A default table that is missing is no hindrance: the record has no match then.  *loads: whether
- * it can be refined is known only when the table is there. */
+/* A default table that is missing is no hindrance, unless a scene wants a skin: the record has no
+ * match then.  *loads: whether it can be refined is known only when the table is there. */
 static bool has_table(struct station *station, const struct bench *bench,
                       const struct request *request, bool *loads, struct refusal *refusal)
 {
@@ -83,6 +83,8 @@ static bool has_table(struct station *station, const struct bench *bench,
         !params_wish(request, &wish, refusal))
         return false;
     bool searches = has_scene && scene_wants_skin(&scene);
+    if (has_scene && !searches && !has_plan(bench, NULL, &scene, refusal))
+        return false;
     if (name == NULL && wish.kind == REFINE_NOT && !searches)
         return true;
     enum status s = station_table(station, name, &table, refusal);
@@ -91,7 +93,7 @@ static bool has_table(struct station *station, const struct bench *bench,
         return has_plan(bench, table, &scene, refusal);
     if (s == STATUS_OK)
         return station_table_refines(table, &wish, refusal);
-    return name == NULL || s != STATUS_NOT_FOUND;
+    return (name == NULL && !searches) || s != STATUS_NOT_FOUND;
 }
 
 /* The uuid is new: all the rest has to be in order. */

@@ -141,9 +141,72 @@ class Measuring(Case):
         self.assertNotIn("match", record)
         self.assertEqual(len(record["Lab"]), 3)
         for scene in ({"want": ["refined"], "start": "closed-form"}, {"want": ["interval"]},
-                      {"want": ["refined"], "budget_us": 1e-3}):  # fmt: skip
+                      {"want": ["refined"], "budget_us": 1e-3},
+                      {"want": ["nearest"], "Ch": 0.0123}):  # fmt: skip
             with self.subTest(scene), self.refused("params_invalid"):
                 c.measure(lease, replicates=1, scene=scene)
+
+    def test_held_beside_the_table(self):
+        """What no row has, and what no row lacks: a fit is stored all the same, and comes again."""
+        c, lease = self.ready()
+        for scene in ({"want": ["refined"], "dermis": False}, {"want": ["refined"], "Ch": 0.0123},
+                      {"want": ["coefficients"], "dermis": False}, {"want": ["refined", "nearest"], "dermis": False},
+                      {"want": ["refined"], "Cm": [0.0123, 0.0124], "Bm": [0.31, 0.32]}):  # fmt: skip
+            with self.subTest(scene):
+                record = c.measure(lease, replicates=2, scene=scene)
+                self.assertNotIn("not_refined", record["flags"])
+                again = c.call("record.recompute", id=record["id"])
+                self.assertEqual((again["same_bits"], again["difference"]), (True, 0))
+                self.assertEqual(again["stored"], record["match"])
+
+    def test_a_way_that_can_be_stored(self):
+        """The cheapest way takes no table; for a record the cheapest that does is taken."""
+        c, lease = self.ready()
+        with open(os.path.join(os.path.dirname(EXAMPLES), "want.json"), encoding="utf-8") as file:
+            scene = json.load(file)
+        with self.assertRaisesRegex(Refused, "the nearest is table 'two-layer'"):
+            c.measure(lease, scene=scene)
+        scene = {"want": ["lab", "refined"], "error": {"Cm": 0.05}}
+        spectrum = next(iter(example_skins()))
+        ran = c.call("match.spectrum", spectrum=spectrum, specular="sce", store=False, scene=scene)["plan"]["ran"]
+        self.assertNotIn("search", ran)
+        for record in (c.measure(lease, scene=scene),
+                       c.call("record.get", id=c.call("match.spectrum", spectrum=spectrum, specular="sce", store=True,
+                                                      uuid=new_uuid(), scene=scene)["record"]["id"])):  # fmt: skip
+            self.assertIn("search", record["match"]["plan"]["ran"])
+            self.assertEqual(len(record["match"]["colour"]["Lab"]), 3)
+            again = c.call("record.recompute", id=record["id"])
+            self.assertEqual((again["same_bits"], again["difference"]), (True, 0))
+
+    def test_colours_of_another_light(self):
+        """A record has D65 and 10 degrees: others are refused, not left out; with rows they are there."""
+        c, lease = self.ready()
+        bands = {"first_nm": 400, "last_nm": 700, "step_nm": 20}
+        for more in ({"illuminant": "A"}, {"observer": "2"}, {"illuminant": "A", "observer": "2"}, {"bands": bands}):
+            with self.subTest(more), self.refused("params_invalid"):
+                c.measure(lease, scene={"want": ["lab"], **more})
+        with self.refused("params_invalid"):
+            c.measure(lease, scene={"want": ["lab"], "bands": {**bands, "first_nm": 500}})
+        scene = {"want": ["lab", "nearest"], "illuminant": "A", "observer": "2"}
+        record = c.measure(lease, scene=scene)
+        colour = record["match"]["colour"]
+        self.assertEqual((colour["illuminant"], colour["observer"]), ("A", "2"))
+        self.assertNotEqual(colour["Lab"], record["Lab"])
+        only = c.call("match.spectrum", spectrum=record["spectrum"], specular="sce", store=False, scene=scene)
+        self.assertEqual(only["colour"], colour)
+        self.assertEqual(len(c.measure(lease, scene={"want": ["lab"], "illuminant": "D65"})["Lab"]), 3)
+
+
+class WithoutTable(Case):
+    instruments = None
+
+    def test_refused_before_the_first_shot(self):
+        self.daemon = self.enterContext(Daemon("--table", "no-such-table"))
+        self.daemon.wait_for_instrument()
+        c, lease = self.ready()
+        with self.refused("table_missing"):
+            c.measure(lease, scene={"want": ["refined"]})
+        self.assertNotIn("match", c.measure(lease, scene={"want": ["lab"]}))
 
 
 if __name__ == "__main__":
