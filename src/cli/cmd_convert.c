@@ -3,6 +3,7 @@
 
 #include "cli/colour_row.h"
 #include "cli/command.h"
+#include "cli/inputs.h"
 #include "cli/options.h"
 #include "cli/out.h"
 #include "cli/row_out.h"
@@ -139,7 +140,10 @@ int cmd_convert(int argc, char **argv)
     if (spectra_open(&source, &spectra) != STATUS_OK)
         return EXIT_FAILURE;
     int exit_status = EXIT_FAILURE;
-    if (colour_weights(spectra, a.illuminant, a.observer, &weights) == STATUS_OK)
+    struct inputs inputs = { 0 };
+    inputs_add_file(&inputs, a.path);
+    if (inputs_check(&inputs, NULL) == STATUS_OK &&
+        colour_weights(spectra, a.illuminant, a.observer, &weights) == STATUS_OK)
         exit_status = convert(&a, spectra, &weights);
     spectra_close(spectra);
     return exit_status;

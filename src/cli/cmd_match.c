@@ -7,6 +7,7 @@
 #include "base/parallel.h"
 #include "cli/command.h"
 #include "cli/find_table.h"
+#include "cli/inputs.h"
 #include "cli/match_rows.h"
 #include "cli/match_scene.h"
 #include "cli/match_stream.h"
@@ -73,6 +74,7 @@ struct arguments {
     struct spectra_source source;
     struct match_wish wish;
     struct match_stream_options stream;
+    struct inputs inputs; /* which the answers are not to be written over */
     bool no_header, plan;
 };
 
@@ -265,8 +267,10 @@ static bool wants_header(const struct arguments *a)
 /* Gives the rows back. */
 static int run_rows(struct arguments *a, struct spectra *spectra, struct match_rows *rows)
 {
+    int exit_status = EXIT_FAILURE;
     a->stream.header = wants_header(a);
-    int exit_status = match_stream(rows, spectra, a->wish.format, &a->stream);
+    if (inputs_check(&a->inputs, a->stream.out) == STATUS_OK)
+        exit_status = match_stream(rows, spectra, a->wish.format, &a->stream);
     match_rows_close(rows);
     return exit_status;
 }
@@ -280,6 +284,7 @@ static int match_by_table(struct arguments *a, struct spectra *spectra)
             STATUS_OK &&
         table_file_read(path, &table) == STATUS_OK) {
         struct match_rows *rows = match_rows_open(&a->wish, spectra, &table, &exit_status);
+        inputs_add_path(&a->inputs, "the table", path);
         if (rows != NULL)
             exit_status = run_rows(a, spectra, rows);
     }
@@ -305,6 +310,7 @@ static int match_by_scene(struct arguments *a, struct spectra *spectra)
         exit_status = match_scene_prepare(scene);
         if (exit_status == EXIT_SUCCESS) {
             struct match_rows *rows = match_rows_open_scene(&a->wish, spectra, scene);
+            match_scene_inputs(scene, &a->inputs);
             exit_status = rows != NULL ? run_rows(a, spectra, rows) : EXIT_FAILURE;
         }
     }
@@ -373,6 +379,8 @@ int cmd_match(int argc, char **argv)
     enum status s = spectra_open(&a.source, &spectra);
     if (s != STATUS_OK)
         return s == STATUS_UNSUPPORTED ? EXIT_USAGE : EXIT_FAILURE;
+    inputs_add_file(&a.inputs, a.source.path);
+    inputs_add_path(&a.inputs, "the file of --header", a.source.header);
     if (a.wish.specular == SPECULAR_UNKNOWN && !spectra_has_specular(spectra))
         log_error("%s: %s", spectra_path(spectra), match_rows_tell_specular);
     else

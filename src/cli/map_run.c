@@ -6,11 +6,11 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <sys/stat.h>
 #include <time.h>
 
 #include "base/log.h"
 #include "base/parallel.h"
+#include "cli/inputs.h"
 
 /* Of a piece: what a core's own cache holds of it, and yet long rows to work along. */
 enum { PIECE_PIXELS = 2048, PIECE_BYTES = 8 << 20 };
@@ -53,29 +53,18 @@ static double now(void)
 
 /* ---- names -------------------------------------------------------------------------- */
 
-static enum status check_name(const char *prefix, const char *ending, const struct cube_file *cube)
-{
-    const struct stat *own[] = { &cube->header_stat, &cube->data_stat };
-    char path[MAP_FILE_PATH_SIZE];
-    struct stat there;
-    if (snprintf(path, sizeof path, "%s%s", prefix, ending) >= (int)sizeof path ||
-        stat(path, &there) != 0)
-        return STATUS_OK;
-    for (size_t i = 0; i < 2; i++) {
-        if (there.st_dev == own[i]->st_dev && there.st_ino == own[i]->st_ino) {
-            log_error("%s is the cube itself; give the map another name (--out NAME)", path);
-            return STATUS_EXISTS;
-        }
-    }
-    return STATUS_OK;
-}
-
 enum status map_run_check_names(const char *prefix, const struct cube_file *cube)
 {
     static const char *const endings[] = { ".img", ".hdr", ".img.part", ".img.resume" };
+    struct inputs inputs = { 0 };
     enum status s = STATUS_OK;
-    for (size_t i = 0; i < sizeof endings / sizeof *endings && s == STATUS_OK; i++)
-        s = check_name(prefix, endings[i], cube);
+    inputs_add(&inputs, "the cube", &cube->header_stat);
+    inputs_add(&inputs, "the cube", &cube->data_stat);
+    for (size_t i = 0; i < sizeof endings / sizeof *endings && s == STATUS_OK; i++) {
+        char path[MAP_FILE_PATH_SIZE];
+        if (snprintf(path, sizeof path, "%s%s", prefix, endings[i]) < (int)sizeof path)
+            s = inputs_check(&inputs, path);
+    }
     return s;
 }
 

@@ -17,7 +17,8 @@
 #include "station/wire.h"
 
 struct match_scene {
-    const char *file;
+    const char *file, *costs; /* NULL: none are looked for */
+    char own_costs[COSTS_PATH_SIZE];
     struct plan plan;
     struct plan_table at_hand;
     struct table_file_info info;
@@ -103,14 +104,14 @@ static int find(struct match_scene *m, const struct scene *scene, const char *ta
 }
 
 /* One that is named must be there; this machine's may be missing, but not be wrong. */
-static enum status find_costs(const char *named, const struct costs **ret)
+static enum status find_costs(struct match_scene *m, const char *named, const struct costs **ret)
 {
     static struct costs costs;
-    char path[COSTS_PATH_SIZE];
     *ret = costs_builtin();
-    if (named == NULL && costs_file_path(path) != STATUS_OK)
+    if (named == NULL && costs_file_path(m->own_costs) != STATUS_OK)
         return STATUS_OK;
-    enum status s = costs_file_read(named != NULL ? named : path, &costs);
+    m->costs = named != NULL ? named : m->own_costs;
+    enum status s = costs_file_read(m->costs, &costs);
     if (s == STATUS_OK)
         *ret = &costs;
     if (s != STATUS_NOT_FOUND || named == NULL)
@@ -136,7 +137,7 @@ int match_scene_open(const char *file, const char *table, const char *tables_fol
     }
     m->file = file;
     exit_status = find(m, &scene, table, tables_folder);
-    if (exit_status == EXIT_SUCCESS && find_costs(costs, &known) != STATUS_OK)
+    if (exit_status == EXIT_SUCCESS && find_costs(m, costs, &known) != STATUS_OK)
         exit_status = EXIT_FAILURE;
     if (exit_status != EXIT_SUCCESS) {
         match_scene_close(m);
@@ -185,6 +186,13 @@ void match_scene_close(struct match_scene *m)
         matcher_close(&m->matcher);
     table_done(&m->table);
     free(m);
+}
+
+void match_scene_inputs(const struct match_scene *m, struct inputs *inputs)
+{
+    inputs_add_path(inputs, "the scene", m->file);
+    inputs_add_path(inputs, "the table", m->has_table ? m->path : NULL);
+    inputs_add_path(inputs, "the file of costs", m->costs);
 }
 
 /* ---- answers ------------------------------------------------------------------------ */

@@ -7,6 +7,7 @@
 
 #include "base/spectrum.h"
 #include "base/status.h"
+#include "cli/inputs.h"
 #include "cli/out.h"
 #include "plan/plan_run.h"
 
@@ -22,6 +23,9 @@ int match_scene_open(const char *file, const char *table, const char *tables_fol
 /* What the plan needs is loaded and made. */
 int match_scene_prepare(struct match_scene *scene);
 void match_scene_close(struct match_scene *scene); /* takes NULL */
+
+/* The files that it is made of: scene, costs, table. */
+void match_scene_inputs(const struct match_scene *scene, struct inputs *inputs);
 
 /* One spectrum's; a place for each that is on its way. */
 struct match_scene_answer {

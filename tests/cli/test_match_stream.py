@@ -4,6 +4,7 @@ import json
 import os
 import random
 import re
+import shutil
 import signal
 import subprocess
 import threading
@@ -422,6 +423,77 @@ class Stopped(Stream):
                 done = self.resume(*options, status=1, **where)
                 self.assertIn(says, done.err)
                 self.assertEqual(self.there(), content)
+
+    def test_no_input_is_written_over(self):
+        """By whatever name --out leads to a file that is read, it is refused and stays as it is."""
+        folder = self.folder()
+        scene = {"want": ["nearest"], "by": "lab"}
+        costs = (
+            "# machine: none\nmodel,rows,by,refine,interval,us,us_p95,Cm,Bm,Ch,Cm_transport,"
+            "Bm_transport,Ch_transport,dE00,rms_R,bytes\n"
+            "two-layer,50400,lab,none,0,1,1,1e-5,0.1,0.01,1e-5,0.1,0.01,1,0.01,0\n"
+        )
+        columns = csv_text([])
+        contents = {
+            "in.csv": csv_text(self.spectra[:40]),
+            "piece.csv": csv_text(self.spectra[:40])[len(columns) :],
+            "columns.csv": columns,
+            "scene.json": json.dumps(scene),
+            "costs.csv": costs,
+        }
+        for name, text in contents.items():
+            with open(os.path.join(folder, name), "w", encoding="utf-8") as f:
+                f.write(text)
+        shutil.copy(self.table, os.path.join(folder, "table-mine.db"))
+        os.makedirs(os.path.join(folder, "links"))
+        for name in [*contents, "table-mine.db"]:
+            os.symlink(os.path.join("..", name), os.path.join(folder, "links", "soft-" + name))
+            os.link(os.path.join(folder, name), os.path.join(folder, "links", "hard-" + name))
+
+        def there():
+            return {name: open(os.path.join(folder, name), "rb").read()
+                    for name in [*contents, "table-mine.db"]}  # fmt: skip
+
+        before = there()
+        plain = ("in.csv", "--table", "table-mine.db")
+        piece = ("piece.csv", "--table", "table-mine.db", "--header", "columns.csv")
+        by_scene = (*plain, "--scene", "scene.json", "--costs", "costs.csv", "--ndjson")
+        for options, read in (
+            (plain, ("in.csv", "table-mine.db")),
+            ((*plain, "--json"), ("in.csv",)),
+            (piece, ("piece.csv", "columns.csv")),
+            (by_scene, ("in.csv", "scene.json", "costs.csv", "table-mine.db")),
+        ):
+            for name in read:
+                for out in (name, f"./links/../{name}", f"links/soft-{name}", f"links/hard-{name}"):
+                    for mode in ("--force", "--resume"):
+                        if mode == "--resume" and "--json" in options:
+                            continue
+                        with self.subTest(options=options, out=out, mode=mode):
+                            done = run("match", *options, "--out", out, mode, cwd=folder)
+                            self.assertEqual(done.status, 1)
+                            self.assertRegex(done.err, rf"^skinspec: {out} is the .* itself; give ")
+                            self.assertEqual(there(), before)
+        for mode in ("--force", "--resume"):
+            with open(os.path.join(folder, "in.csv"), "rb") as f:
+                done = subprocess.run(
+                    [SKINSPEC, "match", "-", "--table", self.table, "--out", "in.csv", mode],
+                    cwd=folder, stdin=f, stderr=subprocess.PIPE, env=environment(), check=False,
+                    timeout=TIMEOUT_S,
+                )  # fmt: skip
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(b"in.csv is standard input itself", done.stderr)
+        for command in (("match", "in.csv", "--table", self.table), ("convert", "in.csv")):
+            with open(os.path.join(folder, "in.csv"), "ab") as f:
+                done = subprocess.run(
+                    [SKINSPEC, *command], cwd=folder, stdout=f, stderr=subprocess.PIPE,
+                    env=environment(), check=False, timeout=TIMEOUT_S,
+                )  # fmt: skip
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(b"standard output is the input itself", done.stderr)
+        self.assertEqual(there(), before)
+        with open(os.path.join(folder, "new.csv"), "w", encoding="utf-8"):
+            self.run_ok("match", *plain, "--out", "new.csv", "--force", cwd=folder)
 
     def test_usage(self):
         for options, says in (
