@@ -22,9 +22,8 @@ static enum status failed(const struct answers *a)
 
 static enum status not_ours(const struct answers *a, size_t row)
 {
-    log_error("%s: the rows from %zu on are not what this run answers: input, table or options are "
-              "others; go on "
-              "with those of the first run, or begin anew with --force",
+    log_error("%s: the rows from %zu on are not what this run answers: input, table, options or "
+              "costs are others; go on with those of the first run, or begin anew with --force",
               a->path, row);
     return STATUS_FORMAT;
 }

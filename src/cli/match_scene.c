@@ -6,7 +6,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "base/log.h"
 #include "cli/find_table.h"
@@ -197,24 +196,13 @@ void match_scene_inputs(const struct match_scene *m, struct inputs *inputs)
 
 /* ---- answers ------------------------------------------------------------------------ */
 
-static double now_us(void)
-{
-    struct timespec t;
-    (void)clock_gettime(CLOCK_MONOTONIC, &t);
-    return 1e6 * (double)t.tv_sec + 1e-3 * (double)t.tv_nsec;
-}
-
 enum status match_scene_run(const struct match_scene *m, const struct spectrum *spectrum,
                             struct match_scene_answer *ret, const char **why)
 {
-    double begun = now_us();
     ret->work = (struct plan_work){ 0 };
-    enum status s =
-        spectrum->specular == SPECULAR_SCE
-            ? plan_run(m->runner, spectrum, 1, spectrum, ret->hits, &ret->answer, &ret->work, why)
-            : STATUS_UNSUPPORTED;
-    ret->us = now_us() - begun;
-    return s;
+    if (spectrum->specular != SPECULAR_SCE)
+        return STATUS_UNSUPPORTED;
+    return plan_run(m->runner, spectrum, 1, spectrum, ret->hits, &ret->answer, &ret->work, why);
 }
 
 /* Its numbers are finite: only memory can be wanting. */
@@ -238,7 +226,7 @@ void match_scene_json(const struct match_scene *m, const struct match_scene_answ
         cJSON_AddItemToObject(object, member->string, member);
     }
     cJSON_Delete(answer);
-    s = wire_plan(&m->plan, &a->work, a->us, &plan);
+    s = wire_plan(&m->plan, &a->work, NAN, &plan); /* no time: see match_scene_json() */
     cJSON_AddItemToObject(object, "plan", made(s, plan));
 }
 

@@ -31,7 +31,6 @@ void match_scene_inputs(const struct match_scene *scene, struct inputs *inputs);
 struct match_scene_answer {
     struct plan_answer answer;
     struct plan_work work;
-    double us;
     struct nearest_hit hits[SCENE_MAX_K];
 };
 
@@ -39,7 +38,8 @@ struct match_scene_answer {
 enum status match_scene_run(const struct match_scene *scene, const struct spectrum *spectrum,
                             struct match_scene_answer *ret, const char **why);
 
-/* The members of an answer, and its `plan`. */
+/* The members of an answer, and its `plan`.  Nothing in it is of the clock: the same row comes out
+ * the same to the byte in every run, which going on and sharing out rest on. */
 void match_scene_json(const struct match_scene *scene, const struct match_scene_answer *answer,
                       cJSON *object);
 

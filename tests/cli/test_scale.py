@@ -204,6 +204,15 @@ class Shards(Files):
         path = self.file(self.ndjson, "spectra.ndjson")
         self.assertEqual(self.parts(path, 5, "--ndjson")[0], self.objects)
 
+    def test_scene(self):
+        """Parts of what a scene answers are the whole, too."""
+        path = self.file(self.csv)
+        for scene in ({"want": ["nearest"]}, {"want": ["refined", "interval"], "noise": 0.003}):
+            options = ("--scene", self.file(json.dumps(scene), "scene.json"), "--ndjson")
+            whole = self.run_ok("match", path, "--tables", TABLES, *options).out
+            self.assertEqual(len(whole.splitlines()), ROWS)
+            self.assertEqual(self.parts(path, 3, *options)[0], whole)
+
     def test_resumed(self):
         """The end of a part, not of the file, is where a part that was stopped ends."""
         path = self.file(self.csv)
