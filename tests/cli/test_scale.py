@@ -209,7 +209,7 @@ class Shards(Files):
         path = self.file(self.csv)
         for scene in ({"want": ["nearest"]}, {"want": ["refined", "interval"], "noise": 0.003}):
             options = ("--scene", self.file(json.dumps(scene), "scene.json"), "--ndjson")
-            whole = self.run_ok("match", path, "--tables", TABLES, *options).out
+            whole = self.run_ok("match", path, "--tables", self.tables, *options).out
             self.assertEqual(len(whole.splitlines()), ROWS)
             self.assertEqual(self.parts(path, 3, *options)[0], whole)
 
