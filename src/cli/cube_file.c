@@ -110,9 +110,8 @@ static enum status open_data(struct cube_file *cube)
     }
     uint64_t there = (uint64_t)cube->data_stat.st_size;
     if (there < wanted) {
-        log_error("%s is cut short: %" PRIu64 " bytes are lacking (the header asks for %" PRIu64
-                  ", there are %" PRIu64 ")",
-                  cube->data_path, wanted - there, wanted, there);
+        log_error("%s is cut short: the header asks for %" PRIu64 " bytes, there are %" PRIu64,
+                  cube->data_path, wanted, there);
         return STATUS_DAMAGED;
     }
     if (there > wanted)

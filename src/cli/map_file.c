@@ -73,17 +73,16 @@ static enum status no_note(const struct map_file *f)
 
 static enum status take_note(struct map_file *f, char *text)
 {
-    size_t key = strlen(f->key), done;
+    size_t done;
     char *lines = strstr(text, lines_done), *end = lines != NULL ? strchr(lines, '\n') : NULL;
     if (strncmp(text, notice, sizeof notice - 1) != 0 || end == NULL)
         return no_note(f);
     char *was = text + sizeof notice - 1;
-    *end = '\0';
+    *lines = *end = '\0';
+    if (strcmp(was, f->key) != 0) /* of another shape, perhaps: before its lines */
+        return other_key(f, f->part, was);
     if (number_parse_count(lines + sizeof lines_done - 1, f->lines, &done) != STATUS_OK)
         return no_note(f);
-    *lines = '\0';
-    if (strlen(was) != key || memcmp(was, f->key, key) != 0)
-        return other_key(f, f->part, was);
     f->done = done;
     return STATUS_OK;
 }

@@ -181,6 +181,9 @@ static enum status read_field(struct reader *r)
 
 static enum status read_fields(struct reader *r)
 {
+    static const char mark[] = "\xef\xbb\xbf"; /* that some editors put before UTF-8 */
+    if (r->end - r->at >= 3 && memcmp(r->at, mark, 3) == 0)
+        r->at += 3;
     const char *end = line_end(r);
     struct value magic = trimmed(r->at, end, 1);
     if (magic.n != 4 || memcmp(magic.text, "ENVI", 4) != 0)

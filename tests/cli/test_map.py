@@ -7,6 +7,7 @@ import json
 import math
 import os
 import random
+import re
 import resource
 import signal
 import struct
@@ -351,7 +352,7 @@ class Stopped(MapCase):
             self.assertIn("cube.img at byte ", err)
             self.assertIn("it ends there now, it was longer before", err)
             self.assertFalse(os.path.exists(cube[:-4] + "-map.img"))
-            self.refused(1, "map", cube, *SCE, "--refine=skin", "--resume", says="are lacking")
+            self.refused(1, "map", cube, *SCE, "--refine=skin", "--resume", says="is cut short")
 
     def test_another_cube_is_not_gone_on_with(self):
         cube = self.big()
@@ -360,6 +361,11 @@ class Stopped(MapCase):
         self.refused(1, "map", cube, *SCE, "--refine=skin", "--resume", says="cube data")
         with open(cube, "a", encoding="utf-8") as file:
             file.write("; changed\n")
+        self.refused(1, "map", cube, *SCE, "--refine=skin", "--resume", says="cube header")
+        with open(cube, encoding="utf-8") as file:
+            shorter = re.sub(r"(?m)^lines = .*$", "lines = 7", file.read())
+        with open(cube, "w", encoding="utf-8") as file:
+            file.write(shorter)
         self.refused(1, "map", cube, *SCE, "--refine=skin", "--resume", says="cube header")
         with open(cube[:-4] + "-map.img.resume", "w", encoding="utf-8") as file:
             file.write("something else\n")
@@ -416,13 +422,19 @@ class Refused(MapCase):
         self.refused_clean(1, self.cube(byte_order=None), *SCE, says="'byte order' is missing")
         self.refused_clean(1, self.cube(wavelength=None), *SCE, says="'wavelength' is missing")
         self.refused_clean(1, self.file(b"\0\1\2", "x.hdr"), *SCE, says="no ENVI header")
+        cube = self.cube()
+        with open(cube, encoding="utf-8") as file:  # an editor's mark before it is none of its text
+            marked = "\ufeff" + file.read()
+        with open(cube, "w", encoding="utf-8") as file:
+            file.write(marked)
+        self.run_ok("map", cube, *SCE, "--out", os.path.join(self.folder(), "marked"))
         self.refused_clean(1, self.folder() + "/none.hdr", *SCE, says="No such file")
 
     def test_data(self):
         cube = self.cube()
         data = cube[:-4] + ".img"
         os.truncate(data, 31 * 4 * 4 - 5)
-        self.refused_clean(1, cube, *SCE, says=["5 bytes are lacking", "496", "491"])
+        self.refused_clean(1, cube, *SCE, says=["is cut short", "496", "491"])
         os.truncate(data, 31 * 4 * 4 + 3)
         prefix = os.path.join(self.folder(), "m")
         done = self.run_ok("map", cube, *SCE, "--out", prefix)
