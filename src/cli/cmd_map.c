@@ -30,6 +30,7 @@ enum {
     OPTION_OUT,
     OPTION_RANGE,
     OPTION_NO_PICTURES,
+    OPTION_INTERVALS,
     OPTION_RESUME
 };
 
@@ -59,6 +60,8 @@ static const struct argp_option options[] = {
     { "out", OPTION_OUT, "NAME", 0, "Begin the names of the maps with this (CUBE-map)", 0 },
     { "range", OPTION_RANGE, "BAND=LO:HI", 0,
       "Ends of a picture's colours (what 98 % of its pixels have); may be given again", 0 },
+    { "intervals", OPTION_INTERVALS, NULL, 0,
+      "Both ends of each 95 % interval as well, Cm_lo and Cm_hi ...", 0 },
     { "no-pictures", OPTION_NO_PICTURES, NULL, 0, "Make no PNG files", 0 },
     { "resume", OPTION_RESUME, NULL, 0, "Go on with a map that was stopped", 0 },
     { "force", OPTION_FORCE, NULL, 0, "Replace maps that are there", 0 },
@@ -130,6 +133,9 @@ static error_t parse_more(int key, char *text, struct argp_state *state, struct 
     switch (key) {
     case OPTION_RANGE:
         take_range(state, a, text);
+        break;
+    case OPTION_INTERVALS:
+        a->fit.intervals = true;
         break;
     case OPTION_NO_PICTURES:
         a->no_pictures = true;

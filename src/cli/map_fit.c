@@ -11,6 +11,8 @@
 
 /* Name and meaning of a map's band. */
 enum { NAME_SIZE = 32, MEANING_SIZE = 64 };
+/* Half of a 95 % interval, in standard errors. */
+#define Z_95 1.959963984540054
 
 struct map_fit {
     const struct band_grid *grid;
@@ -20,6 +22,7 @@ struct map_fit {
     enum vectors vectors;
     size_t parameters; /* that are free */
     enum skin_parameter parameter[SKIN_PARAMETERS];
+    double lo[SKIN_PARAMETERS], hi[SKIN_PARAMETERS]; /* that the fit may go to; [parameters] */
     char name[MAP_BANDS_MAX][NAME_SIZE], meaning[MAP_BANDS_MAX][MEANING_SIZE];
 };
 
@@ -28,7 +31,7 @@ struct map_scratch {
     float *banded;    /* [grid n][pixels]; NULL where the bands are the grid */
     uint32_t *masked; /* [pixels] */
     size_t *which;    /* [pixels]: which pixel a fitted spectrum is */
-    double *answers;  /* [bands less the flags][pixels] */
+    double *answers;  /* [bands less the flags][pixels]: values, errors, rms, lower, upper ends */
     uint32_t *flags;  /* [pixels], of the fit */
 };
 
@@ -54,6 +57,13 @@ const char *map_flag_name(size_t i)
 
 /* ---- which fit ---------------------------------------------------------------------- */
 
+static void name_band(struct map_fit *f, size_t band, const char *name, const char *ending,
+                      const char *meaning, const char *of)
+{
+    snprintf(f->name[band], NAME_SIZE, "%s%s", name, ending);
+    snprintf(f->meaning[band], MEANING_SIZE, "%s%s", meaning, of);
+}
+
 static void name_bands(struct map_fit *f)
 {
     static const char *const meanings[SKIN_PARAMETERS] = {
@@ -64,16 +74,18 @@ static void name_bands(struct map_fit *f)
     };
     for (size_t i = 0; i < f->parameters; i++) {
         const char *name = skin_parameter_name(f->parameter[i]);
-        size_t error = f->parameters + i;
-        snprintf(f->name[i], NAME_SIZE, "%s", name);
-        snprintf(f->meaning[i], MEANING_SIZE, "%s", meanings[f->parameter[i]]);
-        snprintf(f->name[error], NAME_SIZE, "%s_se", name);
-        snprintf(f->meaning[error], MEANING_SIZE, "standard error of %s", name);
+        name_band(f, i, name, "", meanings[f->parameter[i]], "");
+        name_band(f, f->parameters + i, name, "_se", "standard error of ", name);
     }
-    snprintf(f->name[2 * f->parameters], NAME_SIZE, "rms");
-    snprintf(f->meaning[2 * f->parameters], MEANING_SIZE, "what the fit leaves of R");
-    snprintf(f->name[2 * f->parameters + 1], NAME_SIZE, "flags");
-    snprintf(f->meaning[2 * f->parameters + 1], MEANING_SIZE, "a set of bits");
+    name_band(f, 2 * f->parameters, "rms", "", "what the fit leaves of R", "");
+    for (size_t i = 0; i < f->parameters && f->options.intervals; i++) {
+        const char *name = skin_parameter_name(f->parameter[i]);
+        size_t lower = 2 * f->parameters + 1 + i;
+        name_band(f, lower, name, "_lo", "lower end of the 95 % interval of ", name);
+        name_band(f, lower + f->parameters, name, "_hi", "upper end of the 95 % interval of ",
+                  name);
+    }
+    name_band(f, map_fit_bands(f) - 1, "flags", "", "a set of bits", "");
 }
 
 enum status map_fit_open(const struct map_fit_options *options, const struct band_grid *grid,
@@ -106,8 +118,11 @@ enum status map_fit_open(const struct map_fit_options *options, const struct ban
         return s;
     }
     for (size_t i = 0; i < SKIN_PARAMETERS; i++)
-        if (fit.role[i].free)
+        if (fit.role[i].free) {
+            f->lo[f->parameters] = fit.role[i].lo;
+            f->hi[f->parameters] = fit.role[i].hi;
             f->parameter[f->parameters++] = (enum skin_parameter)i;
+        }
     name_bands(f);
     *ret = f;
     return STATUS_OK;
@@ -122,7 +137,7 @@ void map_fit_close(struct map_fit *f)
 
 size_t map_fit_bands(const struct map_fit *f)
 {
-    return 2 * f->parameters + 2;
+    return (f->options.intervals ? 4 : 2) * f->parameters + 2;
 }
 
 const char *map_fit_band_name(const struct map_fit *f, size_t band)
@@ -377,6 +392,22 @@ static void put_back(const struct map_fit *f, const struct map_scratch *s, size_
         map[numbers * row + s->which[i]] = (float)flags_of(s->flags[i]);
 }
 
+/* Of the intervals, from values and standard errors. */
+static void find_ends(const struct map_fit *f, struct map_scratch *s, size_t count)
+{
+    for (size_t i = 0; i < f->parameters; i++) {
+        const double *value = s->answers + i * s->pixels;
+        const double *se = s->answers + (f->parameters + i) * s->pixels;
+        double *lower = s->answers + (2 * f->parameters + 1 + i) * s->pixels;
+        double *upper = lower + f->parameters * s->pixels;
+        for (size_t x = 0; x < count; x++) { /* NaN stays NaN, as fmax() would not have it */
+            double lo = value[x] - Z_95 * se[x], hi = value[x] + Z_95 * se[x];
+            lower[x] = lo < f->lo[i] ? f->lo[i] : lo;
+            upper[x] = hi > f->hi[i] ? f->hi[i] : hi;
+        }
+    }
+}
+
 enum status map_fit_run(const struct map_fit *f, struct map_scratch *s, float *used, size_t n,
                         size_t row, float *map)
 {
@@ -392,6 +423,8 @@ enum status map_fit_run(const struct map_fit *f, struct map_scratch *s, float *u
         answers.se[f->parameter[i]] = s->answers + (f->parameters + i) * s->pixels;
     }
     enum status status = count > 0 ? refine_many_run(f->many, &rows, 1, &answers) : STATUS_OK;
+    if (status == STATUS_OK && f->options.intervals)
+        find_ends(f, s, count);
     if (status == STATUS_OK && count == n)
         put_all(f, s, n, row, map);
     else if (status == STATUS_OK)

@@ -42,9 +42,10 @@ struct map_fit_options {
     bool has_ignore;
     double ignore;
     double surface; /* to take off; NAN: the cube is SCE */
+    bool intervals; /* ends of 95 % intervals as well */
 };
 
-enum { MAP_BANDS_MAX = 2 * SKIN_PARAMETERS + 2 };
+enum { MAP_BANDS_MAX = 4 * SKIN_PARAMETERS + 2 };
 
 struct map_fit;
 

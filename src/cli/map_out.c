@@ -50,6 +50,7 @@ char *map_out_key(const struct map_report *r)
     line(to, "epidermis mm", o->epidermis_mm);
     line(to, "scale", o->scale);
     line(to, "surface", o->surface);
+    fprintf(to, "ends of intervals: %s\n", o->intervals ? "yes" : "no");
     if (fclose(to) != 0)
         out_of_memory();
     return text;

@@ -190,6 +190,27 @@ class Maps(MapCase):
         self.assertEqual(palette[rows[8][8 + zoom]], (160, 160, 160))
         self.assertNotEqual(palette[rows[8][8]], (160, 160, 160))
 
+    def test_ends_of_intervals(self):
+        """1.96 standard errors to either side, and no farther than the fit may go."""
+        pixels = self.noisy(9) + [[0.0] * 31, self.spectra[3]]  # one that is not fitted
+        cube = cubes.write(self.folder(), pixels, 11, NM)
+        bounds = {"Cm": (0.001, 0.5), "Bm": (0, 1), "Ch": (0.001, 0.1)}
+        whole = self.map(cube, "--intervals")
+        got, plain = cubes.read_map(whole), cubes.read_map(self.map(cube))
+        for name in BANDS:
+            self.assertEqual([repr(x) for x in got[name]], [repr(x) for x in plain[name]], name)
+        touched = 0
+        for name, (lo, hi) in bounds.items():
+            for i in [*range(9), 10]:
+                value, half = got[name][i], 1.959964 * got[name + "_se"][i]
+                self.assertClose(got[name + "_lo"][i], max(value - half, lo), relative=1e-5,
+                                 absolute=1e-7)  # fmt: skip
+                self.assertClose(got[name + "_hi"][i], min(value + half, hi), relative=1e-5)
+                touched += value - half < lo or value + half > hi
+            self.assertTrue(math.isnan(got[name + "_lo"][9]) and math.isnan(got[name + "_hi"][9]))
+            self.assertTrue(os.path.exists(f"{whole}-{name}_lo.png"))
+        self.assertGreater(touched, 0)
+
     def test_no_pixel_at_all(self):
         cube = cubes.write(self.folder(), [[0.0] * 31] * 6, 3, NM)
         prefix = os.path.join(self.folder(), "m")
