@@ -303,7 +303,7 @@ static enum status seal_and_name(const struct build *b)
     enum status s = STATUS_IO;
     int fd = open(b->temporary, O_RDWR | O_CLOEXEC);
     if (fd >= 0)
-        s = table_pages_seal(fd);
+        s = table_pages_seal(fd, b->options->threads);
     if (s == STATUS_OK && fsync(fd) != 0)
         s = sql_errno_status(errno);
     if (fd >= 0)

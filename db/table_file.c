@@ -76,7 +76,7 @@ bool table_file_is_table(const char *path)
 static enum status check_pages(int fd, const char *path, char computed[TABLE_SHA256_SIZE])
 {
     char written[TABLE_SHA256_SIZE];
-    enum status s = table_pages_hash(fd, computed, written);
+    enum status s = table_pages_hash(fd, 1, computed, written);
     if (s == STATUS_OK && strcmp(computed, written) == 0)
         return STATUS_OK;
     if (s == STATUS_IO) {

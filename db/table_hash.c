@@ -10,6 +10,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <nettle/gcm.h>
+
+#include "base/parallel.h"
+
 /* One by one, which a compiler makes one store of. */
 static void little_endian(uint64_t bits, unsigned char out[8])
 {
@@ -112,16 +116,16 @@ static bool is_hex_digit(unsigned char c)
 
 /* Where the digits of the pages hash stand: SQLite keeps key and value of a meta
  * row side by side. */
-static const unsigned char *find_digits(const unsigned char *file, size_t size)
+static unsigned char *find_digits(unsigned char *file, size_t size)
 {
     static const char key[] = TABLE_PAGES_KEY;
     const size_t key_size = sizeof key - 1, digits = TABLE_SHA256_SIZE - 1;
-    const unsigned char *from = file, *end = file + size;
+    unsigned char *from = file, *end = file + size;
     while (from < end) {
-        const unsigned char *found = memmem(from, (size_t)(end - from), key, key_size);
+        unsigned char *found = memmem(from, (size_t)(end - from), key, key_size);
         if (found == NULL || (size_t)(end - found) < key_size + digits)
             return NULL;
-        const unsigned char *value = found + key_size;
+        unsigned char *value = found + key_size;
         size_t n = 0;
         while (n < digits && is_hex_digit(value[n]))
             n++;
@@ -132,20 +136,66 @@ static const unsigned char *find_digits(const unsigned char *file, size_t size)
     return NULL;
 }
 
-static void hash_around(const unsigned char *file, size_t size, const unsigned char *digits,
+/* As '0', in this process's own copy of the pages of memory that they stand on. */
+static enum status unset_digits(unsigned char *digits)
+{
+    size_t before = (uintptr_t)digits % (uintptr_t)sysconf(_SC_PAGESIZE);
+    size_t size = before + TABLE_SHA256_SIZE - 1;
+    if (mprotect(digits - before, size, PROT_READ | PROT_WRITE) != 0)
+        return STATUS_IO;
+    memset(digits, '0', TABLE_SHA256_SIZE - 1);
+    return STATUS_OK;
+}
+
+/* ---- pieces ------------------------------------------------------------------------------ */
+
+/* So many are summed at once: 256 MiB. */
+enum { PIECE_BYTES = 1 << 20, BATCH = 256 };
+
+struct pieces {
+    const unsigned char *file;
+    size_t size;
+    uint8_t sum[BATCH][GCM_DIGEST_SIZE];
+};
+
+/* Whoever reads it takes it for a checksum: the key is known. */
+static enum status sum_piece(size_t piece, unsigned worker, void *context)
+{
+    static const uint8_t zeros[AES128_KEY_SIZE];
+    struct pieces *p = context;
+    struct gcm_aes128_ctx gcm;
+    size_t at = piece * PIECE_BYTES, rest = p->size - at;
+    (void)worker;
+    gcm_aes128_set_key(&gcm, zeros);
+    gcm_aes128_set_iv(&gcm, GCM_IV_SIZE, zeros);
+    gcm_aes128_update(&gcm, rest < PIECE_BYTES ? rest : PIECE_BYTES, p->file + at);
+    gcm_aes128_digest(&gcm, GCM_DIGEST_SIZE, p->sum[piece]);
+    return STATUS_OK;
+}
+
+static void hash_pieces(const unsigned char *file, size_t size, unsigned threads,
                         char hex[TABLE_SHA256_SIZE])
 {
     struct sha256_ctx sha256;
-    const unsigned char *after = digits + TABLE_SHA256_SIZE - 1;
     sha256_init(&sha256);
-    sha256_update(&sha256, (size_t)(digits - file), file);
-    add_text(&sha256, TABLE_PAGES_UNSET);
-    sha256_update(&sha256, size - (size_t)(after - file), after);
+    while (size > 0) {
+        struct pieces p = { .file = file, .size = size };
+        size_t n = (size + PIECE_BYTES - 1) / PIECE_BYTES;
+        if (n > BATCH)
+            n = BATCH;
+        (void)parallel_run(n, threads, sum_piece, &p); /* no piece can fail */
+        sha256_update(&sha256, n * GCM_DIGEST_SIZE, p.sum[0]);
+        size_t done = n * PIECE_BYTES < size ? n * PIECE_BYTES : size;
+        file += done;
+        size -= done;
+    }
     hex_of(&sha256, hex);
 }
 
+/* ---- the file ---------------------------------------------------------------------------- */
+
 /* Hash of an open file, what it says itself, and where. */
-static enum status pages_hash(int fd, char computed[TABLE_SHA256_SIZE],
+static enum status pages_hash(int fd, unsigned threads, char computed[TABLE_SHA256_SIZE],
                               char written[TABLE_SHA256_SIZE], off_t *place)
 {
     struct stat st;
@@ -157,29 +207,32 @@ static enum status pages_hash(int fd, char computed[TABLE_SHA256_SIZE],
     unsigned char *file = mmap(NULL, size, PROT_READ, MAP_PRIVATE, fd, 0);
     if (file == MAP_FAILED)
         return STATUS_IO;
-    const unsigned char *digits = find_digits(file, size);
-    if (digits != NULL) {
-        hash_around(file, size, digits, computed);
+    unsigned char *digits = find_digits(file, size);
+    enum status s = digits != NULL ? STATUS_OK : STATUS_FORMAT;
+    if (s == STATUS_OK) {
         memcpy(written, digits, TABLE_SHA256_SIZE - 1);
         written[TABLE_SHA256_SIZE - 1] = '\0';
         *place = digits - file;
+        s = unset_digits(digits);
     }
+    if (s == STATUS_OK)
+        hash_pieces(file, size, threads, computed);
     munmap(file, size);
-    return digits != NULL ? STATUS_OK : STATUS_FORMAT;
+    return s;
 }
 
-enum status table_pages_hash(int fd, char computed[TABLE_SHA256_SIZE],
+enum status table_pages_hash(int fd, unsigned threads, char computed[TABLE_SHA256_SIZE],
                              char written[TABLE_SHA256_SIZE])
 {
     off_t place;
-    return pages_hash(fd, computed, written, &place);
+    return pages_hash(fd, threads, computed, written, &place);
 }
 
-enum status table_pages_seal(int fd)
+enum status table_pages_seal(int fd, unsigned threads)
 {
     char computed[TABLE_SHA256_SIZE], written[TABLE_SHA256_SIZE];
     off_t place;
-    enum status s = pages_hash(fd, computed, written, &place);
+    enum status s = pages_hash(fd, threads, computed, written, &place);
     if (s != STATUS_OK)
         return s;
     ssize_t n = pwrite(fd, computed, TABLE_SHA256_SIZE - 1, place);

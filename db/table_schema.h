@@ -7,7 +7,7 @@
 #include "match/recipe.h"
 
 /* SQLite's own header fields say what the file is before any SQL is run. */
-enum { TABLE_APPLICATION_ID = 0x536b5462 /* "SkTb" */, TABLE_FORMAT = 1 };
+enum { TABLE_APPLICATION_ID = 0x536b5462 /* "SkTb" */, TABLE_FORMAT = 2 };
 
 extern const char table_settings_sql[]; /* of the connection that builds a file */
 extern const char table_schema_sql[];

@@ -471,7 +471,7 @@ class BadFiles(Case):
 
     def test_other_version(self):
         """SQLite keeps user_version at byte 60."""
-        for version in (0, 99):
+        for version in (0, 1, 99):
             changed = self.bytes[:60] + version.to_bytes(4, "big") + self.bytes[64:]
             self.refused_everywhere(changed, f"format {version}", "table build")
 

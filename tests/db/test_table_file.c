@@ -237,7 +237,7 @@ static void test_foreign_files(void)
 }
 
 /* expect: sqlite.org/fileformat.html: user_version at byte 60, application_id at
- * 68, both big-endian; ours are 1 and "SkTb". */
+ * 68, both big-endian; ours are 2 and "SkTb". */
 static const struct header_case {
     const char *what;
     size_t at;
@@ -245,8 +245,9 @@ static const struct header_case {
     enum status status;
     const char *says;
 } header_cases[] = {
-    { "the version before", 60, { 0, 0, 0, 0 }, STATUS_VERSION, "has format 0" },
-    { "the version after", 60, { 0, 0, 0, 2 }, STATUS_VERSION, "has format 2" },
+    { "no version", 60, { 0, 0, 0, 0 }, STATUS_VERSION, "has format 0" },
+    { "the version before", 60, { 0, 0, 0, 1 }, STATUS_VERSION, "has format 1" },
+    { "the version after", 60, { 0, 0, 0, 3 }, STATUS_VERSION, "has format 3" },
     { "a large version", 60, { 0xff, 0xff, 0xff, 0xff }, STATUS_VERSION, "has format 4294967295" },
     { "another program's", 68, { 'S', 'k', 'T', 'c' }, STATUS_FORMAT, "is not a skinspec table" },
     { "nobody's", 68, { 0, 0, 0, 0 }, STATUS_FORMAT, "is not a skinspec table" },
@@ -259,7 +260,7 @@ static void test_header(void)
     TEST_ASSERT_EQUAL_INT(STATUS_OK, small_table(path, &recipe, false));
     unsigned char *bytes = file_bytes(path, &size);
     TEST_ASSERT_NOT_NULL(bytes);
-    TEST_ASSERT_EQUAL_MEMORY("\0\0\0\1", bytes + 60, 4);
+    TEST_ASSERT_EQUAL_MEMORY("\0\0\0\2", bytes + 60, 4);
     TEST_ASSERT_EQUAL_MEMORY("SkTb", bytes + 68, 4);
     for (size_t i = 0; i < sizeof header_cases / sizeof *header_cases; i++) {
         const struct header_case *c = &header_cases[i];

@@ -117,21 +117,20 @@ static void test_content_hash_is_of_the_content(void)
 #define DIGITS_63 "000000000000000000000000000000000000000000000000000000000000000"
 #define DIGITS "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef"
 
-/* expect: sha256sum of the text with the digits as '0'; NULL where there is no
- * place for them. */
+/* expect: tests/reference/table_dump.py --pages; NULL where there is no place for the digits. */
 static const struct place_case {
     const char *what, *text, *sha256;
 } place_cases[] = {
     { "in the middle", "x " KEY DIGITS_63 "0y",
-      "cab0713b639db1eec8cd822bd3474bcbd91f4fa6fe511bbff1523f75965a5bca" },
+      "cd08a63b30d4229e433df4f30821913a3fe9ae8a796822396b8facb226e8840d" },
     { "nothing else", KEY DIGITS_63 "0",
-      "e5070183825e3e59211f00d239e9432c2133ec96e24d1ee91af4c29cafa06c03" },
+      "b2ff2402d4a9b1a1c188bff85e690719f52469cd8cd9ed8f246b6b4bf00138b5" },
     { "the same whatever the digits", KEY DIGITS,
-      "e5070183825e3e59211f00d239e9432c2133ec96e24d1ee91af4c29cafa06c03" },
+      "b2ff2402d4a9b1a1c188bff85e690719f52469cd8cd9ed8f246b6b4bf00138b5" },
     { "the key alone comes first", "CREATE " KEY " and then " KEY DIGITS_63 "0!",
-      "d0a40282b14e745cdf1e9bcb62fb2d63d8100e850def3e09eb7bafa10d1de1e4" },
+      "7060b69b70061fdb3cf172ae0597362b92df79f32fe503a93455bf331b06f3ce" },
     { "once with a digit too few", KEY DIGITS_63 KEY DIGITS_63 "0",
-      "8ab75e3a9288374985c77944accd0b5f4cac5e0eac77e312f6dae41eaf711a15" },
+      "98c95422a15b1190da7efaf0e44bac04666fc7c33e52c3c1464de01168fb7960" },
     { "nothing", "", NULL },
     { "no key", "SQLite format 3", NULL },
     { "no digits", KEY, NULL },
@@ -149,14 +148,14 @@ static void test_place_of_the_pages_hash(void)
         int fd = open(path, O_RDWR);
         TEST_ASSERT_TRUE(fd >= 0);
         enum status expect = c->sha256 != NULL ? STATUS_OK : STATUS_FORMAT;
-        TEST_ASSERT_EQUAL_INT_MESSAGE(expect, table_pages_hash(fd, computed, written), c->what);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(expect, table_pages_hash(fd, 2, computed, written), c->what);
         if (c->sha256 != NULL) {
             TEST_ASSERT_EQUAL_STRING_MESSAGE(c->sha256, computed, c->what);
             TEST_ASSERT_NOT_NULL_MESSAGE(strstr(c->text, written), c->what);
         }
-        TEST_ASSERT_EQUAL_INT_MESSAGE(expect, table_pages_seal(fd), c->what);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(expect, table_pages_seal(fd, 2), c->what);
         if (c->sha256 != NULL) {
-            TEST_ASSERT_EQUAL_INT(STATUS_OK, table_pages_hash(fd, computed, written));
+            TEST_ASSERT_EQUAL_INT(STATUS_OK, table_pages_hash(fd, 2, computed, written));
             TEST_ASSERT_EQUAL_STRING_MESSAGE(c->sha256, computed, c->what);
             TEST_ASSERT_EQUAL_STRING_MESSAGE(c->sha256, written, c->what);
         }
@@ -164,22 +163,55 @@ static void test_place_of_the_pages_hash(void)
     }
 }
 
+/* Pieces of 1 MiB, the digits across two of them, by as many threads; expect: as above. */
+static const struct piece_case {
+    size_t size, key_at;
+    const char *sha256;
+} piece_cases[] = {
+    { (1 << 20), 0, "eaec55e4ffd0e8f7c80184986d5a5c4b37ab1dec8893978f559498425072da27" },
+    { (2 << 20) + 5, (1 << 20) - 32,
+      "6417bb6ae306c45817654d694007524e003c0b63633c45eeadbf133e4773623b" },
+};
+
+static void test_pieces_of_a_large_file(void)
+{
+    for (size_t i = 0; i < sizeof piece_cases / sizeof *piece_cases; i++) {
+        const struct piece_case *c = &piece_cases[i];
+        unsigned char *bytes = malloc(c->size);
+        char computed[TABLE_SHA256_SIZE], written[TABLE_SHA256_SIZE];
+        TEST_ASSERT_NOT_NULL(bytes);
+        for (size_t k = 0; k < c->size; k++)
+            bytes[k] = (unsigned char)(k * 7 + (k >> 10));
+        memcpy(bytes + c->key_at, KEY DIGITS, strlen(KEY DIGITS));
+        TEST_ASSERT_TRUE(file_write(path, bytes, c->size));
+        int fd = open(path, O_RDONLY);
+        TEST_ASSERT_TRUE(fd >= 0);
+        for (unsigned threads = 1; threads <= 3; threads++) {
+            TEST_ASSERT_EQUAL_INT(STATUS_OK, table_pages_hash(fd, threads, computed, written));
+            TEST_ASSERT_EQUAL_STRING(c->sha256, computed);
+            TEST_ASSERT_EQUAL_STRING(DIGITS, written);
+        }
+        close(fd);
+        free(bytes);
+    }
+}
+
 /* What the system refuses: no file, no file to map, no writing. */
 static void test_files_that_cannot_be_hashed(void)
 {
     char computed[TABLE_SHA256_SIZE], written[TABLE_SHA256_SIZE];
-    TEST_ASSERT_EQUAL_INT(STATUS_IO, table_pages_hash(-1, computed, written));
+    TEST_ASSERT_EQUAL_INT(STATUS_IO, table_pages_hash(-1, 1, computed, written));
     int fd = open(folder, O_RDONLY | O_DIRECTORY);
     TEST_ASSERT_TRUE(fd >= 0);
-    enum status s = table_pages_hash(fd, computed, written);
+    enum status s = table_pages_hash(fd, 2, computed, written);
     TEST_ASSERT_TRUE(s == STATUS_IO || s == STATUS_FORMAT); /* some folders have size 0 */
     close(fd);
     TEST_ASSERT_TRUE(file_write(path, KEY DIGITS, strlen(KEY DIGITS)));
     fd = open(path, O_RDONLY);
     TEST_ASSERT_TRUE(fd >= 0);
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, table_pages_hash(fd, computed, written));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, table_pages_hash(fd, 2, computed, written));
     TEST_ASSERT_EQUAL_STRING(DIGITS, written);
-    TEST_ASSERT_EQUAL_INT(STATUS_IO, table_pages_seal(fd));
+    TEST_ASSERT_EQUAL_INT(STATUS_IO, table_pages_seal(fd, 2));
     close(fd);
 }
 
@@ -190,6 +222,7 @@ int main(void)
     RUN_TEST(test_both_hashes_by_another_program);
     RUN_TEST(test_content_hash_is_of_the_content);
     RUN_TEST(test_place_of_the_pages_hash);
+    RUN_TEST(test_pieces_of_a_large_file);
     RUN_TEST(test_files_that_cannot_be_hashed);
     return UNITY_END();
 }

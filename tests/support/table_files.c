@@ -38,7 +38,7 @@ bool table_edit(const char *path, const char *sql)
 bool table_reseal(const char *path)
 {
     int fd = open(path, O_RDWR);
-    bool good = fd >= 0 && table_pages_seal(fd) == STATUS_OK;
+    bool good = fd >= 0 && table_pages_seal(fd, 1) == STATUS_OK;
     if (fd >= 0)
         close(fd);
     return good;
