@@ -159,8 +159,7 @@ static enum status insert_chunk(struct step *step)
 static enum status hash_chunk(struct step *step)
 {
     const struct chunk *c = step->before;
-    for (size_t i = 0; i < c->n; i++)
-        table_content_row(&step->b->content, &c->table, i, c->first + i + 1);
+    table_content_rows(&step->b->content, &c->table, 0, c->n, c->first + 1);
     return STATUS_OK;
 }
 
@@ -207,7 +206,7 @@ static enum status make_chunks(struct step *step, struct chunk chunk[2], size_t 
 static enum status insert_rows(struct build *b)
 {
     static const char insert[] = /* of an empty table: ids are 1 .. rows */
-        "INSERT INTO entry(cm, bm, ch, l, a, b, r, g, b_, spectrum) SELECT * FROM entry_rows";
+        "INSERT INTO entry SELECT NULL, * FROM entry_rows";
     struct chunk chunk[2] = { 0 };
     struct step step = { .b = b };
     size_t capacity = b->rows < CHUNK_ROWS ? b->rows : CHUNK_ROWS;

@@ -30,9 +30,9 @@ struct table_content_hash {
 };
 
 void table_content_begin(struct table_content_hash *hash, const struct table_meta *meta);
-/* Row i of the table, whose id in the file is `id`. */
-void table_content_row(struct table_content_hash *hash, const struct table *table, size_t i,
-                       size_t id);
+/* Rows first .. first + count - 1 of the table, whose ids in the file are id, id + 1, ... */
+void table_content_rows(struct table_content_hash *hash, const struct table *table, size_t first,
+                        size_t count, size_t id);
 void table_content_end(struct table_content_hash *hash, char hex[TABLE_SHA256_SIZE]);
 
 /* The pages hash as computed from an open file and as written in it, by so many threads.

@@ -113,8 +113,7 @@ static bool content_hash_matches(const struct table *stored, const char *code_ve
         if (strcmp(meta.key[i], "code_version") == 0)
             memcpy(meta.value[i], code_version, strlen(code_version) + 1);
     table_content_begin(&hash, &meta);
-    for (size_t i = 0; i < stored->n; i++)
-        table_content_row(&hash, stored, i, i + 1);
+    table_content_rows(&hash, stored, 0, stored->n, 1);
     table_content_end(&hash, hex);
     return strcmp(hex, stored->sha256) == 0;
 }

@@ -159,8 +159,7 @@ static void test_another_version(void)
     TEST_ASSERT_EQUAL_STRING("code_version", meta.key[4]);
     strcpy(meta.value[4], "0.0.9");
     table_content_begin(&hash, &meta);
-    for (size_t i = 0; i < table.n; i++)
-        table_content_row(&hash, &table, i, i + 1);
+    table_content_rows(&hash, &table, 0, table.n, 1);
     table_content_end(&hash, hex);
     table_done(&table);
     snprintf(sql, sizeof sql,

@@ -54,8 +54,7 @@ bool table_rehash(const char *path)
         return false;
     table_meta_of(&table.recipe, &meta);
     table_content_begin(&hash, &meta);
-    for (size_t i = 0; i < table.n; i++)
-        table_content_row(&hash, &table, i, i + 1);
+    table_content_rows(&hash, &table, 0, table.n, 1);
     table_content_end(&hash, hex);
     table_done(&table);
     snprintf(sql, sizeof sql, "UPDATE meta SET value = '%s' WHERE key = 'content_sha256'", hex);
