@@ -194,17 +194,30 @@ static double look_at_colour(void *context, size_t row)
     return best_limit(&search->best);
 }
 
+/* until: a sum above it is given up. */
+static double look_at_spectrum_until(struct search *search, size_t row, double limit, double until)
+{
+    const struct nearest *nearest = search->nearest;
+    search->work.rows++;
+    double sum = nearest->sum(&search->overlap, table_spectrum(nearest->table, row), until);
+    if (sum <= limit)
+        best_offer(&search->best, row, sqrt(sum / (double)search->overlap.n));
+    return search->root_bands * best_limit(&search->best);
+}
+
 static double look_at_spectrum(void *context, size_t row)
 {
     struct search *search = context;
-    const double bands = (double)search->overlap.n;
-    double limit = bands * best_limit_square(&search->best);
-    search->work.rows++;
-    double sum =
-        search->nearest->sum(&search->overlap, table_spectrum(search->nearest->table, row), limit);
-    if (sum <= limit)
-        best_offer(&search->best, row, sqrt(sum / bands));
-    return search->root_bands * best_limit(&search->best);
+    double limit = (double)search->overlap.n * best_limit_square(&search->best);
+    return look_at_spectrum_until(search, row, limit, limit);
+}
+
+/* Rows that a tree shows are near: when to give up is a guess that costs more than it saves. */
+static double look_at_near_spectrum(void *context, size_t row)
+{
+    struct search *search = context;
+    double limit = (double)search->overlap.n * best_limit_square(&search->best);
+    return look_at_spectrum_until(search, row, limit, (double)INFINITY);
 }
 
 /* kd_tree_fetch, as is the next. */
@@ -298,6 +311,7 @@ static bool make_task(struct search *search)
             return false;
         components_point(nearest->components, search->overlap.value, search->point);
         task->query = search->point;
+        task->look = look_at_near_spectrum;
         task->fetch = fetch_spectrum;
     }
     if (nearest->by == MATCH_DE2000) {

@@ -5,16 +5,29 @@
 #include <stdbool.h>
 
 /* Where the spectrum has all of the table's bands, though it may not have been measured at all. */
+static void lay_block(const double value[TABLE_BLOCK], size_t at, struct overlap *ret)
+{
+    for (size_t i = 0; i < TABLE_BLOCK; i++)
+        ret->weight[at + i] = isnan(value[i]) ? 0.0 : 1.0;
+    for (size_t i = 0; i < TABLE_BLOCK; i++)
+        ret->value[at + i] = isnan(value[i]) ? 0.0 : value[i];
+}
+
 static void lay_all(const double *value, size_t bands, struct overlap *ret)
 {
-    for (size_t i = 0; i < bands; i++) {
-        bool measured = !isnan(value[i]);
-        ret->value[i] = measured ? value[i] : 0.0;
-        ret->weight[i] = measured ? 1.0 : 0.0;
-        ret->n += measured ? 1 : 0;
-    }
-    for (size_t i = bands; i < ret->padded; i++)
-        ret->value[i] = ret->weight[i] = 0.0;
+    double last[TABLE_BLOCK], n[TABLE_BLOCK] = { 0.0 };
+    size_t at = 0;
+    for (; at + TABLE_BLOCK <= bands; at += TABLE_BLOCK)
+        lay_block(value + at, at, ret);
+    for (size_t i = 0; i < TABLE_BLOCK && at < ret->padded; i++)
+        last[i] = at + i < bands ? value[at + i] : NAN;
+    if (at < ret->padded)
+        lay_block(last, at, ret);
+    for (at = 0; at < ret->padded; at += TABLE_BLOCK)
+        for (size_t i = 0; i < TABLE_BLOCK; i++)
+            n[i] += ret->weight[at + i];
+    for (size_t i = 0; i < TABLE_BLOCK; i++)
+        ret->n += (size_t)n[i];
 }
 
 void overlap_init(const struct table *table, const struct spectrum *s, struct overlap *ret)
