@@ -139,6 +139,11 @@ void components_close(struct components *components)
     free(components);
 }
 
+VECTORS_INLINE double sum_of_block(const double x[BLOCK])
+{
+    return ((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7]));
+}
+
 /* Eight sums side by side; n whole blocks. */
 VECTORS_INLINE double square_of(size_t n, const double *x)
 {
@@ -146,48 +151,61 @@ VECTORS_INLINE double square_of(size_t n, const double *x)
     for (size_t at = 0; at < n; at += BLOCK)
         for (size_t i = 0; i < BLOCK; i++)
             part[i] += x[at + i] * x[at + i];
-    return ((part[0] + part[1]) + (part[2] + part[3])) +
-           ((part[4] + part[5]) + (part[6] + part[7]));
+    return sum_of_block(part);
 }
 
-/* rest: [padded], the spectrum less the mean; what is left of it afterwards. */
-VECTORS_INLINE void take_point_any(const struct components *c, double *restrict rest,
+VECTORS_INLINE double sum_of(const double x[ACROSS])
+{
+    double part[BLOCK] = { 0.0 };
+    for (size_t at = 0; at < ACROSS; at += BLOCK)
+        for (size_t i = 0; i < BLOCK; i++)
+            part[i] += x[at + i];
+    return sum_of_block(part);
+}
+
+/* rest: [padded], the spectrum less the mean.  What the directions leave over is not computed: its
+ * square is what theirs lack of the whole.  Sums of 32 and directions not quite orthonormal err by
+ * less than 9e-14 of the whole's, so the norm by less than 3e-7 of the whole. */
+VECTORS_INLINE void take_point_any(const struct components *c, const double *restrict rest,
                                    double point[COMPONENTS_DIMS])
 {
-    double sum[ACROSS] = { 0.0 };
-    for (size_t i = 0; i < c->bands; i++)
+    double even[ACROSS] = { 0.0 }, odd[ACROSS] = { 0.0 }, square[ACROSS];
+    for (size_t i = 0; i < c->padded; i += 2) {
         for (size_t which = 0; which < ACROSS; which++)
-            sum[which] += rest[i] * c->across[i][which];
-    for (size_t which = 0; which < COMPONENTS; which++) {
-        const double *restrict direction = c->direction[which];
-        for (size_t at = 0; at < c->padded; at += BLOCK)
-            for (size_t i = 0; i < BLOCK; i++)
-                rest[at + i] -= sum[which] * direction[at + i];
+            even[which] += rest[i] * c->across[i][which];
+        for (size_t which = 0; which < ACROSS; which++)
+            odd[which] += rest[i + 1] * c->across[i + 1][which];
     }
-    memcpy(point, sum, COMPONENTS_DIMS * sizeof *point);
-    point[COMPONENTS] = sqrt(square_of(c->padded, rest));
+    for (size_t which = 0; which < ACROSS; which++)
+        even[which] += odd[which];
+    for (size_t which = 0; which < ACROSS; which++)
+        square[which] = even[which] * even[which];
+    double left = square_of(c->padded, rest) - sum_of(square);
+    memcpy(point, even, COMPONENTS_DIMS * sizeof *point);
+    point[COMPONENTS] = sqrt(left < 0.0 ? 0.0 : left); /* NaN stays */
 }
 
-static void take_point_plain(const struct components *c, double *rest, double *point)
+static void take_point_plain(const struct components *c, const double *rest, double *point)
 {
     take_point_any(c, rest, point);
 }
 
-VECTORS_AVX2 static void take_point_avx2(const struct components *c, double *rest, double *point)
+VECTORS_AVX2 static void take_point_avx2(const struct components *c, const double *rest,
+                                         double *point)
 {
     take_point_any(c, rest, point);
 }
 
-VECTORS_AVX512 static void take_point_avx512(const struct components *c, double *rest,
+VECTORS_AVX512 static void take_point_avx512(const struct components *c, const double *rest,
                                              double *point)
 {
     take_point_any(c, rest, point);
 }
 
 /* The same operations in the same order: the same bits. */
-static void take_point(const struct components *c, double *rest, double *point)
+static void take_point(const struct components *c, const double *rest, double *point)
 {
-    static void (*const kind[VECTORS_KINDS])(const struct components *, double *,
+    static void (*const kind[VECTORS_KINDS])(const struct components *, const double *,
                                              double *) = { take_point_plain, take_point_avx2,
                                                            take_point_avx512 };
     kind[c->vectors](c, rest, point);

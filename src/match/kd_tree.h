@@ -15,7 +15,7 @@
 enum { KD_TREE_MAX_DIMS = 16, KD_TREE_BOUND_DIMS = 8, KD_TREE_WIDTH = 16, KD_TREE_FIELDS = 3 };
 
 /* Points must not lie further apart than the things they stand for, but for rounding:
- * |p(x) - p(y)| <= d(x, y) + 1e-9 (|p(x)| + |p(y)|). */
+ * |p(x) - p(y)| <= d(x, y) + 3e-7 (|p(x)| + |p(y)|). */
 typedef void kd_tree_point(void *context, size_t row, double *point);
 
 /* What makes a tree: rows 0 .. n-1, n >= 1, at point(context, row, ...)[dims], 1 <= dims <=
@@ -75,7 +75,7 @@ struct kd_tree_task {
 bool kd_tree_search(const struct kd_tree *tree, struct kd_tree_task *task);
 
 /* Searches that are on their way at a time. */
-enum { KD_TREE_TOGETHER = 8 };
+enum { KD_TREE_TOGETHER = 6 };
 
 /* The next task for a slot below KD_TREE_TOGETHER, whose last one, if it had any, is done now;
  * NULL: none, and the slot is not asked again. */
