@@ -6,8 +6,8 @@
  * the whole of the rest have the spectra's own distances; of rests only the
  * norms are kept, which differ by no more than the rests do.  Hence
  *     |point(x) - point(y)| <= |x - y|, Euclidean over all bands,
- * nearly an equality for spectra like the table's, but for rounding of at most 3e-7 of the points'
- * norms: the norm of a rest is told from what the components leave of the whole. */
+ * nearly an equality for spectra like the table's, but for rounding of COMPONENTS_ROUNDING of
+ * the points' norms: the norm of a rest is told from what the components leave of the whole. */
 #ifndef SKINSPEC_MATCH_COMPONENTS_H
 #define SKINSPEC_MATCH_COMPONENTS_H
 
@@ -17,6 +17,9 @@
 #include "match/table.h"
 
 enum { COMPONENTS = 13, COMPONENTS_DIMS = COMPONENTS + 1 };
+
+/* In the norms of two points, what rounding may add to their distance. */
+#define COMPONENTS_ROUNDING 3e-7
 
 struct components;
 

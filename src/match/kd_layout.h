@@ -42,6 +42,7 @@ struct kd_tree {
     struct kd_frame *frame; /* [groups of level 1]; NULL where points are not framed */
     void *block;            /* all of these arrays */
     double norm;            /* of the farthest point */
+    double rounding;        /* of the points that were given */
     bool framed;            /* points are */
     bool few;               /* so few points that all are judged, and no boxes */
     enum vectors vectors;

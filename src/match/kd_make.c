@@ -421,6 +421,7 @@ enum status kd_tree_open(const struct kd_tree_rows *rows, struct kd_tree **ret)
     enum status s = tree != NULL && b != NULL ? STATUS_OK : STATUS_NO_MEMORY;
     if (s == STATUS_OK) {
         tree->dims = rows->dims;
+        tree->rounding = rows->rounding;
         tree->vectors = vectors_best();
         tree->judge = kd_judge_of(tree->vectors);
         tree->few = rows->n <= few[rows->dims > 3];

@@ -1,16 +1,16 @@
 /* kd_tree.c - the search through nested boxes, nearest first.
  *
  * Rounding.  Points and queries are kept as floats: each moves by at most 2^-24 of its
- * norm, and the contract adds 3e-7 of it, so distances between floats exceed true
- * ones by less than slack = 2^-21 (|query| + largest |point|).  Sums of at most 16
+ * norm, and the contract adds its share of it, so distances between floats exceed true
+ * ones by less than slack = (2^-23 + rounding) (|query| + largest |point|).  Sums of at most 16
  * squares of floats err by less than 18 x 2^-24 < 2e-6 of themselves, and by
  * nothing worth FLT_MIN where squares underflow.  threshold() allows for all of it; keys
  * (kd_judge.h) are at most the squares they stand for.
  * Frames (kd_frame.h) round once more, the norms being those from a centre, which is no farther
- * than the points are: by less than 2^-23 (|query| + 3 largest |point|), so that the slack is 2^-20
- * instead; and by 2^-19 of the squares, for which threshold() has room.
- * A box's bound needs nothing of its own: it is made by the same operations as the
- * distance of a point in it, from smaller differences, and rounding is monotonic.
+ * than the points are: by less than 2^-23 (|query| + 3 largest |point|), so that the slack has
+ * 2^-21 instead; and by 2^-19 of the squares, for which threshold() has room. A box's bound needs
+ * nothing of its own: it is made by the same operations as the distance of a point in it, from
+ * smaller differences, and rounding is monotonic.
  *
  * Fields.  A box keeps what its rows' fields lie between, as floats rounded outwards; a row's
  * own are looked up in their columns, which are not rounded. */
@@ -211,7 +211,8 @@ static bool take_query(struct walk *w)
         return false;
     for (size_t dim = 0; dim < KD_TREE_MAX_DIMS; dim++)
         w->query[dim] = dim < w->tree->dims ? (float)w->task->query[dim] : 0.0f;
-    w->slack = (w->tree->framed ? 0x1p-20 : 0x1p-21) * (sqrt(square) + w->tree->norm);
+    w->slack = ((w->tree->framed ? 0x1p-21 : 0x1p-23) + w->tree->rounding) *
+               (sqrt(square) + w->tree->norm);
     return true;
 }
 

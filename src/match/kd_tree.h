@@ -15,7 +15,7 @@
 enum { KD_TREE_MAX_DIMS = 16, KD_TREE_BOUND_DIMS = 8, KD_TREE_WIDTH = 16, KD_TREE_FIELDS = 3 };
 
 /* Points must not lie further apart than the things they stand for, but for rounding:
- * |p(x) - p(y)| <= d(x, y) + 3e-7 (|p(x)| + |p(y)|). */
+ * |p(x) - p(y)| <= d(x, y) + rounding (|p(x)| + |p(y)|), see below. */
 typedef void kd_tree_point(void *context, size_t row, double *point);
 
 /* What makes a tree: rows 0 .. n-1, n >= 1, at point(context, row, ...)[dims], 1 <= dims <=
@@ -25,6 +25,7 @@ struct kd_tree_rows {
     size_t n, dims;
     unsigned threads; /* at most so many make it, at least 1; point() is called by all of them */
     kd_tree_point *point;
+    double rounding; /* 1e-9 .. 1e-6 */
     void *context;
     const double *field[KD_TREE_FIELDS];
 };

@@ -89,6 +89,7 @@ static enum status prepare_tree(struct nearest *nearest)
         .threads = t->n < ROWS_FOR_ONE ? 1 : parallel_cores(),
         .dims = spectra ? COMPONENTS_DIMS : 3,
         .point = spectra ? spectrum_point : colour_point,
+        .rounding = spectra ? COMPONENTS_ROUNDING : 1e-9,
         .context = nearest,
         .field = { t->Cm, t->Bm, t->Ch },
     };

@@ -138,7 +138,7 @@ static size_t crossing(struct points *p)
     bool crossed = false;
     for (size_t n = 32; n <= MOST; n += n < 128 ? 16 : n / 4 / 16 * 16) {
         const struct kd_tree_rows rows = {
-            .n = n, .dims = p->dims, .threads = 1, .point = point_of, .context = p
+            .n = n, .dims = p->dims, .threads = 1, .point = point_of, .rounding = 1e-9, .context = p
         };
         double boxes[ROUNDS], all[ROUNDS];
         struct kd_tree *tree;

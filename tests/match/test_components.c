@@ -73,7 +73,7 @@ static void test_skins_keep_their_distances(void)
         widen(table_spectrum(&skins, row), x);
         widen(table_spectrum(&skins, row + 1 + dice_below(&dice, ROWS - row - 1)), y);
         double r = ratio(c, x, y);
-        TEST_ASSERT_TRUE(excess(c, x, y) <= 3e-7);
+        TEST_ASSERT_TRUE(excess(c, x, y) <= COMPONENTS_ROUNDING);
         TEST_ASSERT_TRUE(r > 0.95);
     }
     components_close(c);
@@ -92,7 +92,7 @@ static void test_points_are_never_further_apart(void)
             y[i] = x[i] + dice_between(&dice, -size, size);
             x[i] = number % 2 == 0 ? x[i] : dice_between(&dice, -size, size);
         }
-        TEST_ASSERT_TRUE(excess(c, x, y) <= 3e-7);
+        TEST_ASSERT_TRUE(excess(c, x, y) <= COMPONENTS_ROUNDING);
     }
     components_close(c);
 }
@@ -150,7 +150,7 @@ static void test_tables_with_little_in_them(void)
             for (size_t j = 0; j < BANDS && number % 2 == 0; j++)
                 y[j] += dice_between(&dice, -0.1, 0.1);
             double r = ratio(c, x, y);
-            TEST_ASSERT_MESSAGE(excess(c, x, y) <= 3e-7, poor->what);
+            TEST_ASSERT_MESSAGE(excess(c, x, y) <= COMPONENTS_ROUNDING, poor->what);
             /* Rows that differ in no more ways than there are directions lose nothing. */
             bool held = poor->ways > 0 && number % 2 == 1 && distance(BANDS, x, y) > 1e-6;
             TEST_ASSERT_MESSAGE(!held || r > 1.0 - 1e-6, poor->what);

@@ -44,7 +44,7 @@ void tearDown(void)
 static struct kd_tree *open_tree(const char *what)
 {
     struct kd_tree_rows rows = {
-        .n = cloud.n, .dims = cloud.dims, .threads = 2, .point = cloud_point
+        .n = cloud.n, .dims = cloud.dims, .threads = 2, .point = cloud_point, .rounding = 1e-9
     };
     struct kd_tree *tree;
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, kd_tree_open(&rows, &tree), what);
@@ -367,7 +367,9 @@ static const struct refused_case {
 static void test_refusals(void)
 {
     static const struct cloud_case some = { "some", 40, 3, 1.0, 0.0, 0 };
-    struct kd_tree_rows rows = { .n = 40, .dims = 3, .threads = 1, .point = cloud_point };
+    struct kd_tree_rows rows = {
+        .n = 40, .dims = 3, .threads = 1, .point = cloud_point, .rounding = 1e-9
+    };
     struct dice dice = { 47 };
     make_cloud(&some, &dice);
     struct kd_tree *tree = open_tree("some"), *untouched = tree;
