@@ -5,7 +5,8 @@
  * ROWS is a cube (100 for 1 000 000): two-layer skins, Cm and Ch evenly in the logarithm.  Two
  * sorts of queries: `near` a row (dE*ab 0.5 to 1, or spectra with noise of 0.002) and `off` the
  * surface (dE*ab 3 to 10, or smoothly by 0.02 to 0.05 rms), as real skin is.  Nanoseconds a
- * query of CPU time, the median of the rounds, one thread.  With FOLDER the spectra and queries are
+ * query of CPU time, the median of the rounds, one thread: asked one by one, and all in one call
+ * (`many`), as peers in Python are.  With FOLDER the spectra and queries are
  * left there as floats, for peers that are other programs.  With NO_PEER set spectra only.  With
  * `turns` only the nearest by spectrum is timed, a round for each line of its input after it has
  * said "ready": so a peer can have the other turns. */
@@ -20,7 +21,7 @@
 #include "tests/bench/peers/nanoflann.h"
 #include "tests/support/skin_queries.h"
 
-enum { QUERIES = 20000, ROUNDS = 7 };
+enum { QUERIES = 20000, ROUNDS = 7, MOST_K = 5 };
 
 static double now_s(clockid_t clock)
 {
@@ -60,6 +61,7 @@ static void make_table(size_t side, struct table *ret)
 struct queries {
     const char *what;
     struct skin_query query[QUERIES];
+    struct nearest_query asked[QUERIES]; /* the same, without the spectra between them */
 };
 
 /* ---- searches --------------------------------------------------------------------------- */
@@ -67,7 +69,7 @@ struct queries {
 static void time_ours(const struct nearest *nearest, const struct queries *q, size_t k,
                       double *took, double *rows, double *judged)
 {
-    struct nearest_hit hits[16];
+    struct nearest_hit hits[MOST_K];
     struct nearest_work work = { 0 };
     size_t found;
     double start = now_s(CLOCK_THREAD_CPUTIME_ID);
@@ -82,6 +84,20 @@ static void time_ours(const struct nearest *nearest, const struct queries *q, si
     }
     *rows = (double)work.rows / QUERIES;
     *judged = (double)work.judged / QUERIES;
+}
+
+static double time_many(const struct nearest *nearest, const struct queries *q, size_t k)
+{
+    static struct nearest_hit hits[QUERIES * MOST_K];
+    static size_t found[QUERIES];
+    static enum status status[QUERIES];
+    double start = now_s(CLOCK_THREAD_CPUTIME_ID);
+    nearest_find_many(nearest, QUERIES, q->asked, k, hits, found, status);
+    double took = 1e9 * (now_s(CLOCK_THREAD_CPUTIME_ID) - start) / QUERIES;
+    for (size_t i = 0; i < QUERIES; i++)
+        if (status[i] != STATUS_OK)
+            fail("no answer");
+    return took;
 }
 
 static double time_peer(const struct peer_tree *tree, const struct queries *q, uint32_t *row)
@@ -109,11 +125,14 @@ static void show_ours(const struct table *t, enum match_by by, const struct quer
     struct nearest *nearest = open_ours(t, by);
     for (int sort = 0; sort < 2; sort++)
         for (size_t k = 1; k <= 5; k += 4) {
-            double took[ROUNDS], rows, judged;
-            for (int round = 0; round < ROUNDS; round++)
+            double took[ROUNDS], many[ROUNDS], rows, judged;
+            for (int round = 0; round < ROUNDS; round++) {
                 time_ours(nearest, &q[sort], k, &took[round], &rows, &judged);
-            printf("%-10s %-5s k=%zu %9.0f ns  %7.1f rows %7.1f judged\n", match_by_name(by),
-                   q[sort].what, k, median(took, ROUNDS), rows, judged);
+                many[round] = time_many(nearest, &q[sort], k);
+            }
+            printf("%-10s %-5s k=%zu %9.0f ns  many %9.0f ns  %7.1f rows %7.1f judged\n",
+                   match_by_name(by), q[sort].what, k, median(took, ROUNDS), median(many, ROUNDS),
+                   rows, judged);
         }
     nearest_close(nearest);
 }
@@ -140,17 +159,18 @@ static void show_beside_peer(const struct table *t, const struct queries *q)
         printf("nanoflann, leaf %zu, made in %.2f s\n", leaf[i], now_s(CLOCK_MONOTONIC) - start);
     }
     for (int sort = 0; sort < 2; sort++) {
-        double ours[ROUNDS], peer[LEAVES][ROUNDS], rows, judged, best = INFINITY;
+        double ours[ROUNDS], many[ROUNDS], peer[LEAVES][ROUNDS], rows, judged, best = INFINITY;
         for (int round = 0; round < ROUNDS; round++) {
             time_ours(nearest, &q[sort], 1, &ours[round], &rows, &judged);
+            many[round] = time_many(nearest, &q[sort], 1);
             for (int i = 0; i < LEAVES; i++)
                 peer[i][round] = time_peer(tree[i], &q[sort], row);
         }
-        double own = median(ours, ROUNDS);
+        double own = median(ours, ROUNDS), together = median(many, ROUNDS);
         for (int i = 0; i < LEAVES; i++)
             best = fmin(best, median(peer[i], ROUNDS));
-        printf("lab        %-5s k=1 %9.0f ns  nanoflann %9.0f ns  ratio %.2f\n", q[sort].what, own,
-               best, best / own);
+        printf("lab        %-5s k=1 %9.0f ns  many %9.0f ns  nanoflann %9.0f ns  ratio %.2f\n",
+               q[sort].what, own, together, best, best / own);
     }
     for (int i = 0; i < LEAVES; i++)
         peer_tree_close(tree[i]);
@@ -169,7 +189,7 @@ static void take_turns(const struct table *t, const struct queries *q)
         for (int sort = 0; sort < 2; sort++) {
             double took, rows, judged;
             time_ours(nearest, &q[sort], 1, &took, &rows, &judged);
-            printf("%s %.0f ", q[sort].what, took);
+            printf("%s %.0f %.0f ", q[sort].what, time_many(nearest, &q[sort], 1), took);
         }
         puts("");
         fflush(stdout);
@@ -225,8 +245,11 @@ int main(int argc, char **argv)
     q[0].what = "near";
     q[1].what = "off";
     make_table(side, &table);
-    for (int sort = 0; sort < 2; sort++)
+    for (int sort = 0; sort < 2; sort++) {
         skin_queries(&table, sort == 1, QUERIES, q[sort].query);
+        for (size_t i = 0; i < QUERIES; i++)
+            q[sort].asked[i] = q[sort].query[i].query;
+    }
     if (argc > 2) {
         leave(argv[2], "rows", table.n, table.stride, table.recipe.bands, table.spectrum);
         leave_queries(argv[2], &q[0]);

@@ -29,7 +29,7 @@ def wait_ready(worker):
 
 
 def turn(worker):
-    """Figures by sort of question from one round: near NS .. off NS .."""
+    """Figures by sort of question from one round: near NS .. off NS .. (ours: many, one by one)"""
     print(file=worker.stdin, flush=True)
     said = {}
     for word in worker.stdout.readline().split():
@@ -54,13 +54,15 @@ def show_spectra(program, folder, python):
         worker.stdin.close()
         worker.wait()
     for sort in rounds[0][0]:
-        ours = statistics.median(r[0][sort][0] for r in rounds)
+        ours, single = (statistics.median(x) for x in zip(*(r[0][sort] for r in rounds)))
         peers = [statistics.median(leaf) for leaf in zip(*(r[1][sort] for r in rounds))]
         times = min(peers) / ours
-        row(f"spectrum, {sort}: ours", f"{ours:.0f} ns")
+        row(f"spectrum, {sort}: ours, all in one call", f"{ours:.0f} ns")
+        row(f"spectrum, {sort}: ours, one by one", f"{single:.0f} ns")
         row(f"spectrum, {sort}: BallTree, by leaf size", " ".join(f"{x:.0f}" for x in peers))
         row(f"spectrum, {sort}: times BallTree", f"{times:.1f}", f">= {TIMES_BALLTREE}",
             times >= TIMES_BALLTREE)  # fmt: skip
+        row(f"spectrum, {sort}: times BallTree, one by one", f"{min(peers) / single:.1f}")
 
 
 def show():
@@ -73,10 +75,11 @@ def show():
     os.makedirs(folder, exist_ok=True)
     output = subprocess.check_output([program, str(SIDE), folder], text=True)
     print(output, end="")
-    beside = ns_of(output, r"^lab +(\w+) +k=1 +(\d+) ns +nanoflann +(\d+) ns")
-    for sort, (ours, peer) in beside.items():
+    beside = ns_of(output, r"^lab +(\w+) +k=1 +(\d+) ns +many +(\d+) ns +nanoflann +(\d+) ns")
+    for sort, (ours, many, peer) in beside.items():
         row(f"lab, {sort}: times nanoflann", f"{peer / ours:.1f}", f">= {TIMES_NANOFLANN}",
             peer / ours >= TIMES_NANOFLANN)  # fmt: skip
+        row(f"lab, {sort}: times nanoflann, all in one call", f"{peer / many:.1f}")
     python = environment.python_with("sklearn")
     if python is None:
         return
