@@ -362,6 +362,7 @@ static bool lay_out_all(struct kd_tree *tree, size_t frames)
         return false;
     memset(place, 0, floats * sizeof *place); /* for what is past the end */
     tree->block = place;
+    tree->large = floats * sizeof *place > KD_NEAR_BYTES;
     if (frames > 0)
         tree->frame = (struct kd_frame *)place;
     lay_out(tree, true, 0, place + of_frames, tree->corner);

@@ -18,6 +18,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 #include "match/kd_layout.h"
 
@@ -174,7 +175,7 @@ VECTORS_INLINE void go_in(struct walk *w, bool alone)
     v->next = w->tree->judge->least(v->key, key);
     if (!alone)
         fetch_entry(w, key);
-    else if (v->next <= w->limit)
+    else if (w->tree->large && v->next <= w->limit)
         fetch_entry(w, v->next);
     w->at_row = w->level == 0;
     if (w->at_row) {
@@ -182,7 +183,7 @@ VECTORS_INLINE void go_in(struct walk *w, bool alone)
         return;
     }
     w->at[--w->level].group = entry;
-    if (alone && w->level == 0)
+    if (alone && w->tree->large && w->level == 0)
         __builtin_prefetch(w->tree->row + entry * KD_WIDTH);
 }
 
@@ -209,8 +210,9 @@ static bool take_query(struct walk *w)
         square += w->task->query[dim] * w->task->query[dim];
     if (!(sqrt(square) <= KD_LARGEST_NORM))
         return false;
-    for (size_t dim = 0; dim < KD_TREE_MAX_DIMS; dim++)
-        w->query[dim] = dim < w->tree->dims ? (float)w->task->query[dim] : 0.0f;
+    memset(w->query, 0, sizeof w->query);
+    for (size_t dim = 0; dim < w->tree->dims; dim++)
+        w->query[dim] = (float)w->task->query[dim];
     w->slack = ((w->tree->framed ? 0x1p-21 : 0x1p-23) + w->tree->rounding) *
                (sqrt(square) + w->tree->norm);
     return true;
@@ -277,6 +279,11 @@ void kd_tree_search_many(const struct kd_tree *tree, kd_tree_next *next, void *c
 {
     struct walk walk[KD_TREE_TOGETHER];
     size_t slot[KD_TREE_TOGETHER], n = 0;
+    if (!tree->large) { /* nothing to wait for */
+        for (struct kd_tree_task *task; (task = next(context, 0)) != NULL;)
+            (void)kd_tree_search(tree, task);
+        return;
+    }
     for (size_t i = 0; i < KD_TREE_TOGETHER; i++)
         if (begin_next(&walk[i], tree, i, next, context))
             slot[n++] = i;

@@ -170,7 +170,6 @@ struct search {
     const struct nearest *nearest;
     struct best best;
     double colour[3];                  /* the query's, Lab or code */
-    struct overlap overlap;            /* for spectra only */
     double root_bands;                 /* a rms times this is a distance between all bands */
     struct delta_e_box box;            /* for de2000 only */
     const struct nearest_range *range; /* NULL: all rows */
@@ -178,6 +177,7 @@ struct search {
     double point[COMPONENTS_DIMS]; /* and what follows: what the tree is asked */
     struct kd_tree_range limits;
     struct kd_tree_task task;
+    struct overlap overlap; /* for spectra only; last, for it is large */
 };
 
 static double look_at_colour(void *context, size_t row)

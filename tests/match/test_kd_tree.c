@@ -6,6 +6,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "match/kd_layout.h"
 #include "tests/support/dice.h"
 #include "unity.h"
 
@@ -293,10 +294,13 @@ static struct kd_tree_task *next_diary(void *context, size_t slot)
     return all->in[slot] = &all->diary[all->given++].task;
 }
 
-/* Whatever their number, each shows the same rows in the same order as by itself. */
+/* Whatever their number, each shows the same rows in the same order as by itself; in turns, as in
+ * a large tree, or not. */
 static void test_many_together(void)
 {
-    static const size_t numbers[] = { 0, 1, KD_TREE_TOGETHER, KD_TREE_TOGETHER + 1, MANY };
+    static const size_t numbers[] = {
+        0, 0, 1, 1, KD_TREE_TOGETHER, 4, KD_TREE_TOGETHER + 1, 9, MANY
+    };
     static struct diary one, many[MANY];
     struct dice dice = { 45 };
     for (size_t i = 0; i < sizeof cloud_cases / sizeof *cloud_cases; i++) {
@@ -312,6 +316,7 @@ static void test_many_together(void)
                     query[0] = NAN; /* refused among others */
                 begin_diary(&many[number], query);
             }
+            tree->large = j % 2 == 0;
             kd_tree_search_many(tree, next_diary, &all);
             TEST_ASSERT_EQUAL_size_t_MESSAGE(all.n, all.given, c->what);
             for (size_t number = 0; number < all.n; number++) {

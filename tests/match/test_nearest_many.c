@@ -14,7 +14,7 @@
 
 enum { BY = 5, MOST = 4 * KD_TREE_TOGETHER + 3, MOST_K = 3 };
 
-/* 25 x 9 x 24 = 5 400 rows, every tenth there twice. */
+/* 60 x 20 x 60 = 72 000 rows, more than searches take in turns; every tenth there twice. */
 static struct table skins;
 
 static void copy_row(struct table *t, size_t from, size_t to)
@@ -28,7 +28,7 @@ void setUp(void)
 {
     struct recipe recipe = recipe_default(model_find("two-layer"));
     recipe.grid =
-        (struct grid){ { 0.001, 0.5, 25, true }, { 0, 1, 9, false }, { 0.001, 0.1, 24, true } };
+        (struct grid){ { 0.001, 0.5, 60, true }, { 0, 1, 20, false }, { 0.001, 0.1, 60, true } };
     TEST_ASSERT_EQUAL_INT(STATUS_OK, table_init(&recipe, grid_rows(&recipe.grid), &skins));
     TEST_ASSERT_EQUAL_INT(STATUS_OK, table_compute(&skins, 0, skins.n, 2));
     for (size_t row = 0; row + 5 < skins.n; row += 10)
