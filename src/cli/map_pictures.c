@@ -2,8 +2,10 @@
 #include "cli/map_pictures.h"
 
 #include <math.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/stat.h>
 
 #include "base/log.h"
@@ -28,6 +30,8 @@ struct work {
     const struct map_fit *fit;
     bool pictures;
     struct map_contents *contents;
+    pthread_mutex_t lock; /* for these: */
+    bool has_palette;
     unsigned char palette[PICTURE_COLOURS][3];
     size_t lines, room; /* of a worker: read at a time; that its memory holds, a band's at most */
     struct worker worker[PARALLEL_MAX_THREADS];
@@ -101,28 +105,34 @@ static void count_one(struct map_contents *c, unsigned flags)
         c->flagged[k] += flags >> k & 1u;
 }
 
-/* Most pixels have none. */
-static enum status count_flags(const struct work *w, struct band_reader *r)
+/* Most pixels have none: sixteen at a time are looked at together. */
+static void count_some(struct map_contents *c, const float *value, size_t n)
 {
     enum { GROUP = 16 };
-    struct map_contents *c = w->contents;
-    size_t samples = w->file->samples;
-    c->pixels = c->fitted = (uint64_t)samples * w->file->lines;
-    for (size_t line = 0; line < w->file->lines; line += r->lines) {
-        enum status s = reader_take(r, line);
-        size_t n = r->lines * samples, step = GROUP;
-        for (size_t i = 0; i < n && s == STATUS_OK; i += step) {
-            step = n - i < GROUP ? n - i : GROUP;
-            float most = 0.0f;
-            for (size_t k = 0; k < step; k++)
-                most = r->value[i + k] > most ? r->value[i + k] : most;
-            for (size_t k = 0; k < step && most > 0.0f; k++)
-                count_one(c, (unsigned)r->value[i + k]);
-        }
-        if (s != STATUS_OK)
-            return s;
+    size_t i = 0;
+    for (; i + GROUP <= n; i += GROUP) {
+        uint32_t bits[GROUP], any = 0;
+        memcpy(bits, value + i, sizeof bits);
+        for (size_t k = 0; k < GROUP; k++)
+            any |= bits[k];
+        for (size_t k = 0; k < GROUP && any != 0; k++)
+            count_one(c, (unsigned)value[i + k]);
     }
-    return STATUS_OK;
+    for (; i < n; i++)
+        count_one(c, (unsigned)value[i]);
+}
+
+static enum status count_flags(const struct work *w, struct band_reader *r)
+{
+    struct map_contents *c = w->contents;
+    enum status s = STATUS_OK;
+    c->pixels = c->fitted = (uint64_t)w->file->samples * w->file->lines;
+    for (size_t line = 0; line < w->file->lines && s == STATUS_OK; line += r->lines) {
+        s = reader_take(r, line);
+        if (s == STATUS_OK)
+            count_some(c, r->value, r->lines * w->file->samples);
+    }
+    return s;
 }
 
 static enum status find_quantiles(struct band_reader *r, struct quantiles *q, struct map_band *ret)
@@ -175,7 +185,17 @@ static enum status paint_row(size_t y, unsigned char *index, void *context)
     return s;
 }
 
-static enum status paint(const struct work *w, struct band_reader *r)
+/* By the first that comes; others wait. */
+static void make_palette(struct work *w)
+{
+    pthread_mutex_lock(&w->lock);
+    if (!w->has_palette)
+        map_picture_palette(w->palette);
+    w->has_palette = true;
+    pthread_mutex_unlock(&w->lock);
+}
+
+static enum status paint(struct work *w, struct band_reader *r)
 {
     const double *range = w->contents->band[r->band].range;
     struct painter p = { .reader = r };
@@ -200,20 +220,31 @@ static enum status paint(const struct work *w, struct band_reader *r)
     return s != STATUS_OK ? s : kept;
 }
 
-static enum status make_band(size_t band, unsigned worker, void *context)
+static enum status make_band(struct work *w, size_t band, struct worker *own)
+{
+    enum status s = own->value == NULL ? worker_open(w, own) : STATUS_OK;
+    struct band_reader reader = { .work = w, .file = w->file, .band = band, .memory = own->value };
+    if (s == STATUS_OK && band + 1 == map_fit_bands(w->fit))
+        return count_flags(w, &reader);
+    if (s == STATUS_OK)
+        s = find_quantiles(&reader, own->quantiles, &w->contents->band[band]);
+    if (s == STATUS_OK && w->pictures) {
+        make_palette(w);
+        s = paint(w, &reader);
+    }
+    return s;
+}
+
+/* The palette, while others look at what is in their bands; then band after band. */
+static enum status do_piece(size_t piece, unsigned worker, void *context)
 {
     struct work *w = context;
-    struct worker *own = &w->worker[worker];
-    enum status s = own->quantiles == NULL ? worker_open(w, own) : STATUS_OK;
-    struct band_reader reader = { .work = w, .file = w->file, .band = band, .memory = own->value };
-    bool flags = band + 1 == map_fit_bands(w->fit);
-    if (s == STATUS_OK && flags)
-        s = count_flags(w, &reader);
-    else if (s == STATUS_OK)
-        s = find_quantiles(&reader, own->quantiles, &w->contents->band[band]);
-    if (s == STATUS_OK && w->pictures && !flags)
-        s = paint(w, &reader);
-    return s;
+    if (!w->pictures)
+        return make_band(w, piece, &w->worker[worker]);
+    if (piece > 0)
+        return make_band(w, piece - 1, &w->worker[worker]);
+    make_palette(w);
+    return STATUS_OK;
 }
 
 enum status map_pictures_make(const struct map_file *file, const struct map_fit *fit, bool pictures,
@@ -221,11 +252,12 @@ enum status map_pictures_make(const struct map_file *file, const struct map_fit 
 {
     struct work w = { .file = file, .fit = fit, .pictures = pictures, .contents = contents };
     settle_room(&w, threads);
-    if (pictures)
-        map_picture_palette(w.palette);
+    pthread_mutex_init(&w.lock, NULL);
     for (size_t i = 0; i < MAP_FLAG_COUNT; i++)
         contents->flagged[i] = 0;
-    enum status s = parallel_run(map_fit_bands(fit), threads, make_band, &w);
+    size_t pieces = map_fit_bands(fit) + (pictures ? 1 : 0);
+    enum status s = parallel_run(pieces, threads, do_piece, &w);
+    pthread_mutex_destroy(&w.lock);
     for (size_t i = 0; i < PARALLEL_MAX_THREADS; i++)
         worker_close(&w.worker[i]);
     if (s == STATUS_NO_MEMORY)
