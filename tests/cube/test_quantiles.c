@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unity.h>
 
 void setUp(void)
@@ -58,6 +59,31 @@ static void test_against_sorting(void)
     }
 }
 
+static float of_bits(uint32_t bits)
+{
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+/* NaN whose upper half is that of an infinity, of either sign, next to what is a number: by sorting
+ * -inf, 11 times -0, 11 times 0, inf. */
+static void test_not_a_number(void)
+{
+    float value[24 + 23];
+    for (size_t i = 0; i < 24 + 23; i++)
+        value[i] = of_bits(i % 2 != 0 ? 0x7f800001u : 0xff80ffffu);
+    for (size_t i = 0; i < 22; i++)
+        value[2 * i + 1] = i < 11 ? 0.0f : -0.0f;
+    value[0] = of_bits(0x7f800000u);
+    value[24 + 22] = of_bits(0xff800000u);
+    find(value, 24 + 23, 24 + 23);
+    TEST_ASSERT_EQUAL_UINT64(24, q.count);
+    TEST_ASSERT_EQUAL_DOUBLE(-(double)INFINITY, quantiles_end(&q, 0)); /* rank 1 of 24 */
+    TEST_ASSERT_TRUE(quantiles_end(&q, 1) == 0.0 && signbit(quantiles_end(&q, 1)) != 0); /* 12 */
+    TEST_ASSERT_EQUAL_DOUBLE((double)INFINITY, quantiles_end(&q, 2));
+}
+
 static void test_nothing(void)
 {
     const float none[] = { NAN, NAN };
@@ -71,6 +97,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_against_sorting);
+    RUN_TEST(test_not_a_number);
     RUN_TEST(test_nothing);
     return UNITY_END();
 }
