@@ -92,6 +92,16 @@ static void make_orthonormal(size_t n, double *direction)
     }
 }
 
+/* x times each direction.  A sum waits for its last term, but not for the others. */
+static void dots(size_t n, const double *x, const double *direction, double ret[GUESS_PARAMETERS])
+{
+    double sum[GUESS_PARAMETERS] = { 0 };
+    for (size_t i = 0; i < n; i++)
+        for (size_t k = 0; k < GUESS_PARAMETERS; k++)
+            sum[k] += x[i] * direction[k * n + i];
+    memcpy(ret, sum, sizeof sum);
+}
+
 /* Directions times the sample's covariance, again and again: what varies most grows most. */
 static void find_directions(struct sample *s, double *product)
 {
@@ -102,10 +112,12 @@ static void find_directions(struct sample *s, double *product)
     make_orthonormal(n, s->direction);
     for (int turn = 0; turn < ITERATIONS; turn++) {
         memset(product, 0, (size_t)GUESS_PARAMETERS * n * sizeof *product);
-        for (size_t j = 0; j < SKINS; j++)
+        for (size_t j = 0; j < SKINS; j++) {
+            double along[GUESS_PARAMETERS];
+            dots(n, s->straight + j * n, s->direction, along);
             for (size_t k = 0; k < GUESS_PARAMETERS; k++)
-                add_scaled(n, dot(n, s->straight + j * n, s->direction + k * n),
-                           s->straight + j * n, product + k * n);
+                add_scaled(n, along[k], s->straight + j * n, product + k * n);
+        }
         memcpy(s->direction, product, (size_t)GUESS_PARAMETERS * n * sizeof *product);
         make_orthonormal(n, s->direction);
     }
@@ -182,16 +194,27 @@ struct equations {
     double A[GUESS_TERMS][GUESS_TERMS], b[GUESS_TERMS][GUESS_PARAMETERS];
 };
 
+/* Skins whose products are added at a time, in their order: each sum is fetched and kept once for
+ * them. */
+enum { AT_A_TIME = 4 };
+_Static_assert((int)SKINS % (int)AT_A_TIME == 0, "no skin is left over");
+
 static void fit_terms(const struct sample *s, struct equations *e, struct guess *ret)
 {
     memset(e, 0, sizeof *e);
-    for (size_t j = 0; j < SKINS; j++) {
-        double term[GUESS_TERMS] = { 1.0 };
-        for (size_t i = 1; i < GUESS_TERMS; i++)
-            term[i] = term[ret->before[i]] * s->component[j][ret->by[i]];
+    for (size_t j = 0; j < SKINS; j += AT_A_TIME) {
+        double term[AT_A_TIME][GUESS_TERMS];
+        for (size_t l = 0; l < AT_A_TIME; l++) {
+            term[l][0] = 1.0;
+            for (size_t i = 1; i < GUESS_TERMS; i++)
+                term[l][i] = term[l][ret->before[i]] * s->component[j + l][ret->by[i]];
+        }
         for (size_t i = 0; i < GUESS_TERMS; i++) {
-            add_scaled(i + 1, term[i], term, e->A[i]);
-            add_scaled(GUESS_PARAMETERS, term[i], s->wanted[j], e->b[i]);
+            double *A = e->A[i], a = term[0][i], b = term[1][i], c = term[2][i], d = term[3][i];
+            for (size_t k = 0; k <= i; k++)
+                A[k] = A[k] + a * term[0][k] + b * term[1][k] + c * term[2][k] + d * term[3][k];
+            for (size_t l = 0; l < AT_A_TIME; l++)
+                add_scaled(GUESS_PARAMETERS, term[l][i], s->wanted[j + l], e->b[i]);
         }
     }
     for (size_t i = 0; i < GUESS_TERMS; i++)
