@@ -335,7 +335,7 @@ $(BUILD)/obj/%.o: %.c $(BUILD)/flags | need-build
 # zeros after a row are not worth a call of memset(), which clang never makes of them.
 vector_c := src/optics/quick.c src/optics/shared_layers.c src/optics/transport_lanes.c \
             src/colour/colour_many.c src/colour/delta_e_many.c src/colour/delta_e_box.c \
-            src/match/start.c src/match/coarse.c src/match/refine_lanes.c src/match/refine_many.c src/match/skeleton.c \
+            src/match/start.c src/match/coarse.c src/match/box_lanes.c src/match/refine_lanes.c src/match/refine_many.c src/match/skeleton.c \
             src/match/lattice.c src/cube/map_picture.c src/cli/map_fit.c
 vector_flags = -fno-math-errno -fno-trapping-math \
                $(if $(findstring clang,$(shell $(CC) --version)),,-fno-tree-loop-distribute-patterns)
