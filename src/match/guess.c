@@ -169,9 +169,10 @@ static void list_terms(struct guess *ret)
 
 /* A x = b in place for GUESS_PARAMETERS b at once; A is positive definite, its lower triangle is
  * used. */
-static void solve(double A[GUESS_TERMS][GUESS_TERMS], double b[GUESS_TERMS][GUESS_PARAMETERS])
+static void solve(size_t n, double A[GUESS_TERMS][GUESS_TERMS],
+                  double b[GUESS_TERMS][GUESS_PARAMETERS])
 {
-    for (size_t i = 0; i < GUESS_TERMS; i++) {
+    for (size_t i = 0; i < n; i++) {
         for (size_t j = 0; j <= i; j++) {
             double sum = A[i][j] - dot(j, A[i], A[j]);
             A[i][j] = i == j ? sqrt(sum) : sum / A[j][j];
@@ -182,9 +183,9 @@ static void solve(double A[GUESS_TERMS][GUESS_TERMS], double b[GUESS_TERMS][GUES
             b[i][k] /= A[i][i];
         }
     }
-    for (size_t i = GUESS_TERMS; i-- > 0;)
+    for (size_t i = n; i-- > 0;)
         for (size_t k = 0; k < GUESS_PARAMETERS; k++) {
-            for (size_t j = i + 1; j < GUESS_TERMS; j++)
+            for (size_t j = i + 1; j < n; j++)
                 b[i][k] -= A[j][i] * b[j][k];
             b[i][k] /= A[i][i];
         }
@@ -199,17 +200,19 @@ struct equations {
 enum { AT_A_TIME = 4 };
 _Static_assert((int)SKINS % (int)AT_A_TIME == 0, "no skin is left over");
 
-static void fit_terms(const struct sample *s, struct equations *e, struct guess *ret)
+/* The first n terms into ret[n]. */
+static void fit_terms(const struct sample *s, size_t n, struct equations *e,
+                      const struct guess *guess, float (*ret)[GUESS_PARAMETERS])
 {
     memset(e, 0, sizeof *e);
     for (size_t j = 0; j < SKINS; j += AT_A_TIME) {
         double term[AT_A_TIME][GUESS_TERMS];
         for (size_t l = 0; l < AT_A_TIME; l++) {
             term[l][0] = 1.0;
-            for (size_t i = 1; i < GUESS_TERMS; i++)
-                term[l][i] = term[l][ret->before[i]] * s->component[j + l][ret->by[i]];
+            for (size_t i = 1; i < n; i++)
+                term[l][i] = term[l][guess->before[i]] * s->component[j + l][guess->by[i]];
         }
-        for (size_t i = 0; i < GUESS_TERMS; i++) {
+        for (size_t i = 0; i < n; i++) {
             double *A = e->A[i], a = term[0][i], b = term[1][i], c = term[2][i], d = term[3][i];
             for (size_t k = 0; k <= i; k++)
                 A[k] = A[k] + a * term[0][k] + b * term[1][k] + c * term[2][k] + d * term[3][k];
@@ -217,12 +220,27 @@ static void fit_terms(const struct sample *s, struct equations *e, struct guess 
                 add_scaled(GUESS_PARAMETERS, term[l][i], s->wanted[j + l], e->b[i]);
         }
     }
-    for (size_t i = 0; i < GUESS_TERMS; i++)
+    for (size_t i = 0; i < n; i++)
         e->A[i][i] += RIDGE * SKINS;
-    solve(e->A, e->b);
-    for (size_t i = 0; i < GUESS_TERMS; i++)
+    solve(n, e->A, e->b);
+    for (size_t i = 0; i < n; i++)
         for (size_t k = 0; k < GUESS_PARAMETERS; k++)
-            ret->term[i][k] = (float)e->b[i][k];
+            ret[i][k] = (float)e->b[i][k];
+}
+
+/* How far out of the bounds a value may be told and still be a guess: where no skin of the fit is
+ * near, the polynomial runs away. */
+#define MARGIN 0.25
+
+static void find_ends(const struct fit *fit, struct guess *ret)
+{
+    static const enum skin_parameter which[GUESS_PARAMETERS] = { SKIN_CM, SKIN_BM, SKIN_CH };
+    for (size_t k = 0; k < GUESS_PARAMETERS; k++) {
+        double lo = fit->role[which[k]].lo, hi = fit->role[which[k]].hi;
+        double from = which[k] == SKIN_BM ? lo : sqrt(lo), to = which[k] == SKIN_BM ? hi : sqrt(hi);
+        ret->least[k] = (float)(from - MARGIN * (to - from));
+        ret->most[k] = (float)(to + MARGIN * (to - from));
+    }
 }
 
 enum status guess_init(const struct fit *fit, const struct quick *quick, struct guess *ret)
@@ -241,7 +259,9 @@ enum status guess_init(const struct fit *fit, const struct quick *quick, struct 
         if (status == STATUS_OK) {
             project(&s, s.direction + (size_t)GUESS_PARAMETERS * n, ret);
             list_terms(ret);
-            fit_terms(&s, equations, ret);
+            fit_terms(&s, 1 + GUESS_PARAMETERS, equations, ret, ret->linear);
+            fit_terms(&s, GUESS_TERMS, equations, ret, ret->term);
+            find_ends(fit, ret);
         }
     }
     free(room);

@@ -5,7 +5,9 @@
  * components tell where on the surface a spectrum is, and polynomials of these, fitted to skins all
  * over the bounds of a fit, what the roots of Cm and Ch, and Bm, are there. Trust: on skins as they
  * are, with noise of 0.003, it raises chi^2 by some 5 (median) to 50 (95 %) above what the best
- * skin has. Any spectrum gives some guess. */
+ * skin has.  Spectra that are far from any skin of the fit, as real ones are from those of a simple
+ * model, the polynomials tell values far outside of the bounds; there the first terms alone, which
+ * run away slowly, are a better guess.  Any spectrum gives some. */
 #ifndef SKINSPEC_MATCH_GUESS_H
 #define SKINSPEC_MATCH_GUESS_H
 
@@ -26,7 +28,9 @@ struct guess {
     float direction[SPECTRUM_MAX_BANDS][GUESS_PARAMETERS], offset[GUESS_PARAMETERS];
     /* Term 0 is 1; term i is term before[i] times component by[i]. */
     unsigned char before[GUESS_TERMS], by[GUESS_TERMS];
-    float term[GUESS_TERMS][GUESS_PARAMETERS]; /* root of Cm, Bm, root of Ch */
+    float term[GUESS_TERMS][GUESS_PARAMETERS];             /* root of Cm, Bm, root of Ch */
+    float linear[1 + GUESS_PARAMETERS][GUESS_PARAMETERS];  /* the same by the first terms alone */
+    float least[GUESS_PARAMETERS], most[GUESS_PARAMETERS]; /* beyond them it is no guess */
 };
 
 /* f(R) */

@@ -19,8 +19,15 @@
 #define LANES_WIDE "fma,avx512f,avx512dq,avx512vl,prefer-vector-width=512"
 #endif
 
-/* Steps in single precision, for all; and at most so many more in double precision. */
-enum { FLOAT_ROUNDS = 2, DOUBLE_ROUNDS = 10 };
+/* Steps in single precision, for all; at most so many more for those that are far; and at most so
+ * many in double precision. */
+enum { FLOAT_ROUNDS = 2, FAR_ROUNDS = 8, DOUBLE_ROUNDS = 14 };
+/* Far is whose last step promised more than this. */
+#define FAR 1.0
+/* Secants count where the curvature changed by no more than this share along the way; after so many
+ * rounds, where steps go to and fro, all of them. */
+#define STEADY 0.2
+enum { STEADY_ROUNDS = 3 };
 /* A step that promises less than the first may be taken unseen, where no more than the second
  * can be left of chi^2 after it: 3e-4 standard errors.  As match/refine.c has it. */
 #define UNSEEN 1e-3
@@ -42,6 +49,7 @@ struct work {
     double chi_square[LANES_MOST],
         square[LANES_MOST];    /* after the step; of the bands as they are */
     double inside[LANES_MOST]; /* above 0: the step ends inside the bounds */
+    struct box_secant secant[LANES_MOST / LANES];
 };
 
 /* ---- sums over bands --------------------------------------------------------------------- */
@@ -172,6 +180,33 @@ QUICK_INLINE double inside(double x, double lo, double hi)
     return x > lo ? (x < hi ? x : hi) : lo;
 }
 
+/* Where the polynomial tells no guess, the straight one. */
+QUICK_INLINE void start_linearly(const struct guess *g, bool fused,
+                                 float component[GUESS_PARAMETERS][LANES],
+                                 float value[GUESS_PARAMETERS][LANES])
+{
+    float away[LANES] = { 0 };
+    for (size_t k = 0; k < GUESS_PARAMETERS; k++) {
+        float least = g->least[k], most = g->most[k];
+        LANES_LOOP
+        for (size_t l = 0; l < LANES; l++) {
+            float x = value[k][l], less = x < least ? 1.0f : 0.0f;
+            away[l] += x > most ? 1.0f : less;
+        }
+    }
+    for (size_t k = 0; k < GUESS_PARAMETERS; k++) {
+        float at = g->linear[0][k], by0 = g->linear[1][k], by1 = g->linear[2][k];
+        float by2 = g->linear[3][k];
+        LANES_LOOP
+        for (size_t l = 0; l < LANES; l++) {
+            float x = quick_sum_float(fused, by0, component[0][l], at);
+            x = quick_sum_float(fused, by1, component[1][l], x);
+            x = quick_sum_float(fused, by2, component[2][l], x);
+            value[k][l] = away[l] > 0.0f ? x : value[k][l];
+        }
+    }
+}
+
 /* By match/guess.h, of LANES lanes from position `at` on. */
 QUICK_INLINE void starts(const struct refine_lanes *f, bool fused, const float *restrict R,
                          size_t at, struct work *w)
@@ -211,6 +246,7 @@ QUICK_INLINE void starts(const struct refine_lanes *f, bool fused, const float *
     }
     double lo0 = f->lo[0], hi0 = f->hi[0], lo1 = f->lo[1], hi1 = f->hi[1], lo2 = f->lo[2];
     double hi2 = f->hi[2];
+    start_linearly(g, fused, component, value);
     LANES_LOOP
     for (size_t l = 0; l < LANES; l++) {
         double Cm = (double)value[0][l], Bm = (double)value[1][l], Ch = (double)value[2][l];
@@ -292,29 +328,56 @@ QUICK_INLINE void free_steps(const struct refine_lanes *f, bool placed, size_t a
     }
 }
 
-/* The steps that would leave the bounds: to the quadratic's minimum inside. */
-static void bounded_step(const struct refine_lanes *f, size_t l, struct work *w)
+/* Position l into lane k of a box, and back. */
+static void into_box(const struct work *w, size_t l, size_t k, struct box_lanes *b)
 {
-    struct normal normal;
-    double x[LANES_PARAMETERS];
-    for (size_t k = 0; k < 6; k++)
-        normal.curvature[k] = w->curvature[k][l];
     for (size_t i = 0; i < LANES_PARAMETERS; i++) {
-        normal.gradient[i] = w->gradient[i][l];
-        x[i] = w->x[i][l];
+        b->x[i][k] = w->x[i][l];
+        b->gradient[i][k] = w->gradient[i][l];
     }
-    (void)least_squares_step(LANES_PARAMETERS, f->lo, f->hi, &normal, x);
-    double gain = 0.0;
+    for (size_t i = 0; i < BOX_TRIANGLE; i++)
+        b->curvature[i][k] = w->curvature[i][l];
+}
+
+static void out_of_box(const struct box_lanes *b, size_t k, size_t l, struct work *w)
+{
     for (size_t i = 0; i < LANES_PARAMETERS; i++)
-        w->step[i][l] = x[i] - w->x[i][l];
-    for (size_t i = 0; i < LANES_PARAMETERS; i++) {
-        double pull = 2.0 * w->gradient[i][l];
-        for (size_t j = 0; j < LANES_PARAMETERS; j++)
-            pull +=
-                w->step[j][l] * w->curvature[i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i][l];
-        gain -= w->step[i][l] * pull;
+        w->step[i][l] = b->step[i][k];
+    w->gain[l] = b->gain[k];
+}
+
+/* The steps that would leave the bounds: to the quadratic's minimum inside. */
+static void bounded_steps(const struct refine_lanes *f, enum quick_vectors v, size_t n,
+                          struct work *w)
+{
+    unsigned short out[LANES_MOST];
+    struct box_lanes b;
+    size_t found = 0;
+    for (size_t l = 0; l < n; l++)
+        if (w->inside[l] == 0.0)
+            out[found++] = (unsigned short)l;
+    for (size_t at = 0; at < found; at += LANES) {
+        for (size_t k = 0; k < LANES; k++) /* the last one again */
+            into_box(w, out[at + k < found ? at + k : found - 1], k, &b);
+        box_lanes_step(v, f->lo, f->hi, &b);
+        for (size_t k = 0; k < LANES && at + k < found; k++)
+            out_of_box(&b, k, out[at + k], w);
     }
-    w->gain[l] = gain;
+}
+
+/* The same of all of n, with what their ways have told of the residuals' own curvature. */
+static void bent_steps(const struct refine_lanes *f, enum quick_vectors v, double steady, size_t n,
+                       struct work *w)
+{
+    struct box_lanes b;
+    for (size_t at = 0; at < n; at += LANES) {
+        for (size_t k = 0; k < LANES; k++)
+            into_box(w, at + k, k, &b);
+        box_lanes_bend(v, steady, &w->secant[at / LANES], &b);
+        box_lanes_step(v, f->lo, f->hi, &b);
+        for (size_t k = 0; k < LANES; k++)
+            out_of_box(&b, k, at + k, w);
+    }
 }
 
 /* From where they are by their steps. */
@@ -331,13 +394,12 @@ QUICK_INLINE void take_steps(const struct refine_lanes *f, size_t n, struct work
 }
 
 /* Of n lanes, whole groups of them. */
-QUICK_INLINE void steps(const struct refine_lanes *f, bool placed, size_t n, struct work *w)
+QUICK_INLINE void steps(const struct refine_lanes *f, enum quick_vectors v, bool placed, size_t n,
+                        struct work *w)
 {
     for (size_t at = 0; at < n; at += LANES)
         free_steps(f, placed, at, w);
-    for (size_t l = 0; l < n; l++)
-        if (w->inside[l] == 0.0)
-            bounded_step(f, l, w);
+    bounded_steps(f, v, n, w);
 }
 
 /* ---- a call --------------------------------------------------------------------------------- */
@@ -418,96 +480,190 @@ static void gather(const struct refine_lanes *f, const double *from, const unsig
     }
 }
 
-QUICK_INLINE void run(const struct refine_lanes *f, bool fused, bool two, bool placed, double *R,
-                      size_t n, struct lanes_answer *ret)
+static void gather_float(const struct refine_lanes *f, const float *from,
+                         const unsigned short *lane, float *restrict R)
+{
+    size_t group = f->bands * LANES;
+    for (size_t l = 0; l < LANES; l++) {
+        const float *at = from + lane[l] / LANES * group + lane[l] % LANES;
+        for (size_t i = 0; i < f->bands; i++)
+            R[i * LANES + l] = at[i * LANES];
+    }
+}
+
+/* A lane that goes on moves from position l to position `to`; bent: with what its way has told. */
+static void move(bool bent, size_t l, size_t to, struct work *w)
+{
+    struct box_secant *secant = &w->secant[to / LANES];
+    const struct box_secant *from = &w->secant[l / LANES];
+    size_t a = l % LANES, b = to % LANES;
+    for (size_t i = 0; i < LANES_PARAMETERS; i++) {
+        secant->x[i][b] = bent ? from->x[i][a] : w->x[i][l];
+        secant->gradient[i][b] = bent ? from->gradient[i][a] : w->gradient[i][l];
+        w->x[i][to] = w->x[i][l];
+        w->step[i][to] = w->step[i][l];
+    }
+    for (size_t k = 0; k < BOX_TRIANGLE; k++) {
+        secant->curvature[k][b] = bent ? from->curvature[k][a] : w->curvature[k][l];
+        secant->more[k][b] = bent ? from->more[k][a] : 0.0;
+    }
+    w->gain[to] = w->gain[l];
+}
+
+/* Those of `left` lanes that are at rest are told, those beyond the formulas given up; the rest
+ * move up, and the last of them fills its group.  How many they are. */
+static size_t sort_out(const struct refine_lanes *f, bool bent, size_t left, unsigned short *lane,
+                       struct work *w, struct lanes_answer *ret)
+{
+    size_t more = 0;
+    for (size_t l = 0; l < left; l++) {
+        if (ret->state[lane[l]] == LANES_REFUSED || w->beyond[l] > 0.0 || !isfinite(w->gain[l]))
+            continue;
+        if (at_rest(w, l)) {
+            tell(f, w, l, lane[l], ret);
+            continue;
+        }
+        lane[more] = lane[l];
+        move(bent, l, more++, w);
+    }
+    for (size_t l = more; l % LANES != 0; l++) {
+        lane[l] = lane[more - 1];
+        move(true, more - 1, l, w);
+    }
+    return more;
+}
+
+/* Steps in single precision: all of `lanes`, whole groups. */
+QUICK_INLINE void approach(const struct refine_lanes *f, enum quick_vectors v, bool two,
+                           bool placed, const float *single, size_t lanes, struct work *w)
+{
+    size_t group = f->bands * LANES;
+    for (int round = 0; round < FLOAT_ROUNDS; round++) {
+        for (size_t at = 0; at < lanes; at += LANES)
+            sums_float(f, v != QUICK_PLAIN, two, placed, single + at / LANES * group, at, w);
+        steps(f, v, placed, lanes, w);
+        memcpy(w->last_gain, w->gain, lanes * sizeof *w->gain);
+        take_steps(f, lanes, w);
+    }
+}
+
+/* Those whose last step was long go on in single precision, closed up. */
+QUICK_INLINE void pursue(const struct refine_lanes *f, enum quick_vectors v, bool two, bool placed,
+                         const float *single, size_t n, struct work *w)
+{
+    unsigned short lane[LANES_MOST];
+    float gathered[SPECTRUM_MAX_BANDS * LANES];
+    double x[LANES_PARAMETERS][LANES_MOST], gain[LANES_MOST];
+    size_t left = 0;
+    for (size_t l = 0; l < n; l++)
+        if (w->gain[l] > FAR)
+            lane[left++] = (unsigned short)l;
+    if (left == 0)
+        return;
+    memcpy(x, w->x, sizeof x);
+    memcpy(gain, w->gain, sizeof gain);
+    for (size_t l = 0; l < left; l++)
+        for (size_t i = 0; i < LANES_PARAMETERS; i++)
+            w->x[i][l] = x[i][lane[l]];
+    for (int round = 0; round < FAR_ROUNDS && left > 0; round++) {
+        size_t whole = (left + LANES - 1) / LANES * LANES, more = 0;
+        for (size_t l = left; l < whole; l++) { /* the last one again */
+            lane[l] = lane[left - 1];
+            for (size_t i = 0; i < LANES_PARAMETERS; i++)
+                w->x[i][l] = w->x[i][left - 1];
+        }
+        for (size_t at = 0; at < whole; at += LANES) {
+            gather_float(f, single, lane + at, gathered);
+            sums_float(f, v != QUICK_PLAIN, two, placed, gathered, at, w);
+        }
+        steps(f, v, placed, whole, w);
+        take_steps(f, whole, w);
+        for (size_t l = 0; l < left; l++) {
+            gain[lane[l]] = w->gain[l];
+            for (size_t i = 0; i < LANES_PARAMETERS; i++)
+                x[i][lane[l]] = w->x[i][more] = w->x[i][l];
+            lane[more] = lane[l];
+            more += w->gain[l] > FAR ? 1 : 0;
+        }
+        left = more;
+    }
+    memcpy(w->x, x, sizeof x);
+    memcpy(w->last_gain, gain, sizeof gain);
+}
+
+/* Constant arguments, so that each of the loops is made for its own. */
+QUICK_INLINE void run(const struct refine_lanes *f, enum quick_vectors v, bool two, bool placed,
+                      double *R, size_t n, struct lanes_answer *ret)
 {
     struct work w;
     float single[SPECTRUM_MAX_BANDS * LANES];
+    double gathered[SPECTRUM_MAX_BANDS * LANES];
+    unsigned short lane[LANES_MOST];
+    bool fused = v != QUICK_PLAIN;
+    size_t groups = (n + LANES - 1) / LANES, group = f->bands * LANES, left = n;
     memset(w.x, 0, sizeof w.x);
-    size_t groups = (n + LANES - 1) / LANES, group = f->bands * LANES, lanes = groups * LANES;
     for (size_t g = 0; g < groups; g++) {
         check(f, g, R + g * group, single + g * group, ret);
         starts(f, fused, single + g * group, g * LANES, &w);
     }
-    for (size_t l = 0; l < lanes; l++)
-        w.last_gain[l] = INFINITY;
-    for (int round = 0; round < FLOAT_ROUNDS; round++) {
-        for (size_t g = 0; g < groups; g++)
-            sums_float(f, fused, two, placed, single + g * group, g * LANES, &w);
-        steps(f, placed, lanes, &w);
-        memcpy(w.last_gain, w.gain, lanes * sizeof *w.gain);
-        take_steps(f, lanes, &w);
-    }
-    unsigned short lane[LANES_MOST];
-    double gathered[SPECTRUM_MAX_BANDS * LANES];
-    size_t left = n;
-    for (size_t l = 0; l < n; l++)
+    approach(f, v, two, placed, single, groups * LANES, &w);
+    pursue(f, v, two, placed, single, n, &w);
+    for (size_t l = 0; l < LANES_MOST; l++)
         lane[l] = (unsigned short)l;
     for (int round = 0; round < DOUBLE_ROUNDS && left > 0; round++) {
-        size_t more = 0;
-        for (size_t at = 0; at < left; at += LANES) {
+        size_t whole = (left + LANES - 1) / LANES * LANES;
+        for (size_t at = 0; at < whole; at += LANES) {
             const double *spectra = R + at / LANES * group;
-            if (left < n) {
-                for (size_t l = left; l < at + LANES; l++) /* the last ones again */
-                    lane[l] = lane[left - 1];
+            if (round > 0) {
                 gather(f, R, lane + at, gathered);
                 spectra = gathered;
             }
             sums_double(f, fused, two, placed, spectra, at, &w);
         }
-        steps(f, placed, (left + LANES - 1) / LANES * LANES, &w);
-        for (size_t l = 0; l < left; l++) {
-            if (ret->state[lane[l]] == LANES_REFUSED || w.beyond[l] > 0.0 || !isfinite(w.gain[l]))
-                continue;
-            if (at_rest(&w, l)) {
-                tell(f, &w, l, lane[l], ret);
-                continue;
-            }
-            lane[more] = lane[l];
-            w.last_gain[more] = w.gain[l];
-            for (size_t i = 0; i < LANES_PARAMETERS; i++)
-                w.x[i][more] = inside(w.x[i][l] + w.step[i][l], f->lo[i], f->hi[i]);
-            more++;
-        }
-        for (size_t l = more; l < (more + LANES - 1) / LANES * LANES; l++)
-            for (size_t i = 0; i < LANES_PARAMETERS; i++)
-                w.x[i][l] = w.x[i][more - 1];
-        left = more;
+        for (size_t at = 0; at < whole; at += LANES)
+            free_steps(f, placed, at, &w);
+        if (round == 0)
+            bounded_steps(f, v, whole, &w);
+        else
+            bent_steps(f, v, round < STEADY_ROUNDS ? STEADY : INFINITY, whole, &w);
+        left = sort_out(f, round > 0, left, lane, &w, ret);
+        whole = (left + LANES - 1) / LANES * LANES;
+        memcpy(w.last_gain, w.gain, whole * sizeof *w.gain);
+        take_steps(f, whole, &w);
     }
 }
 
 /* ---- for each kind of vectors ---------------------------------------------------------------- */
 
-/* Constants, so that each of the loops is made for its own. */
-QUICK_INLINE void run_kind(const struct refine_lanes *f, bool fused, double *R, size_t n,
+QUICK_INLINE void run_kind(const struct refine_lanes *f, enum quick_vectors v, double *R, size_t n,
                            struct lanes_answer *ret)
 {
     if (f->two_layer && f->placed)
-        run(f, fused, true, true, R, n, ret);
+        run(f, v, true, true, R, n, ret);
     else if (f->two_layer)
-        run(f, fused, true, false, R, n, ret);
+        run(f, v, true, false, R, n, ret);
     else if (f->placed)
-        run(f, fused, false, true, R, n, ret);
+        run(f, v, false, true, R, n, ret);
     else
-        run(f, fused, false, false, R, n, ret);
+        run(f, v, false, false, R, n, ret);
 }
 
 static void run_plain(const struct refine_lanes *f, double *R, size_t n, struct lanes_answer *ret)
 {
-    run_kind(f, false, R, n, ret);
+    run_kind(f, QUICK_PLAIN, R, n, ret);
 }
 
 #if defined(__x86_64__) && defined(__GNUC__)
 __attribute__((target("avx2,fma"))) static void run_avx2(const struct refine_lanes *f, double *R,
                                                          size_t n, struct lanes_answer *ret)
 {
-    run_kind(f, true, R, n, ret);
+    run_kind(f, QUICK_AVX2, R, n, ret);
 }
 
 __attribute__((target(LANES_WIDE))) static void run_avx512(const struct refine_lanes *f, double *R,
                                                            size_t n, struct lanes_answer *ret)
 {
-    run_kind(f, true, R, n, ret);
+    run_kind(f, QUICK_AVX512, R, n, ret);
 }
 #else
 #define run_avx2 run_plain

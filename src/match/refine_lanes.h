@@ -1,17 +1,20 @@
 /* refine_lanes.h - the fit of Cm, Bm and Ch to many spectra at once, a spectrum a lane.
  *
- * Every lane goes the same way: a start (match/guess.h), some steps in single precision, then steps
- * in double precision until the last one promises so little that it is taken unseen, as
- * match/least_squares.h does.  Steps are Gauss's and Newton's, to the quadratic's exact minimum
- * inside the bounds.  A lane that does not come to rest so, or leaves the range of
- * optics/quick_band.h, is given up, for the caller to fit by match/refine.h; no lane depends on
- * another. Trust: where both come to rest, within 1e-3 standard errors of refiner_run(). */
+ * Every lane goes the same way: a start (match/guess.h), steps in single precision until it is not
+ * far, then steps in double precision until the last one promises so little that it is taken
+ * unseen, as match/least_squares.h does.  Steps are Gauss's and Newton's, to the quadratic's exact
+ * minimum inside the bounds (match/box_lanes.h); from the second in double precision on with what
+ * the steps before tell of the residuals' own curvature.  A lane that does not come to rest so, or
+ * leaves the range of optics/quick_band.h, is given up, for the caller to fit by match/refine.h; no
+ * lane depends on another. Trust: where both come to rest, within 1e-3 standard errors of
+ * refiner_run(). */
 #ifndef SKINSPEC_MATCH_REFINE_LANES_H
 #define SKINSPEC_MATCH_REFINE_LANES_H
 
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "match/box_lanes.h"
 #include "match/fit.h"
 #include "match/guess.h"
 #include "match/noise.h"
@@ -19,7 +22,7 @@
 #include "optics/quick.h"
 
 /* Lanes that run side by side; and in one call, at most. */
-enum { LANES = 16, LANES_MOST = 256, LANES_PARAMETERS = 3 };
+enum { LANES = BOX_LANES, LANES_MOST = 256, LANES_PARAMETERS = 3 };
 
 /* Per band: absorption of both layers is affine in Cm, Cm Bm and Ch. */
 struct lanes_band {

@@ -6,10 +6,11 @@
  * a skin a lane (match/refine_lanes.h); other fits, and what lanes give up, go one by one
  * through refiner_run(), and the caller need not care.  Answers are refiner_run()'s without
  * start, intervals and second solution: by lanes within 1e-3 standard errors of the minimum, chi^2
- * within 1e-6 of itself (1e-5 at least), the same flags; where there are several minima (dark skin,
- * where Ch hardly shows) at times another one, lower or higher.  Each depends on its own spectrum
- * alone: the same bits for any order, number and threads, and any vectors that fuse
- * (optics/quick.h).
+ * within 1e-6 of itself (1e-5 at least), the same flags, but that lanes come to rest where steps
+ * one by one tire (REFINE_NOT_CONVERGED); where there are several minima (dark skin, where Ch
+ * hardly shows; spectra that no skin of the model explains) at times another one, lower or higher.
+ * Each depends on its own spectrum alone: the same bits for any order, number and threads, and any
+ * vectors that fuse (optics/quick.h).
  */
 #ifndef SKINSPEC_MATCH_REFINE_MANY_H
 #define SKINSPEC_MATCH_REFINE_MANY_H

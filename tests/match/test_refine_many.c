@@ -56,7 +56,9 @@ static double normal(struct dice *dice)
     return sum;
 }
 
-static void make_skins(const struct fit *fit, size_t n, double white, uint64_t seed)
+/* Skins of the fit, and what a model makes of them. */
+static void make_spectra(const struct fit *fit, const struct model *by, size_t n, double white,
+                         uint64_t seed)
 {
     static double scratch[MEDIUM_SCRATCH(BANDS)];
     struct dice dice = { seed };
@@ -68,13 +70,17 @@ static void make_skins(const struct fit *fit, size_t n, double white, uint64_t s
             truth[k][i] = value[i] =
                 up_to_the_ends(&dice, fit->role[i].lo, fit->role[i].hi, i != SKIN_BM);
         struct tissue t = fit_tissue(fit, value);
-        TEST_ASSERT_EQUAL_INT(STATUS_OK,
-                              model_reflectance(fit->model, &t, &chromophores, scratch, R[k]));
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, model_reflectance(by, &t, &chromophores, scratch, R[k]));
         for (size_t i = 0; i < BANDS; i++) {
             R[k][i] += white * normal(&dice);
             R_float[k][i] = (float)R[k][i];
         }
     }
+}
+
+static void make_skins(const struct fit *fit, size_t n, double white, uint64_t seed)
+{
+    make_spectra(fit, fit->model, n, white, seed);
 }
 
 static struct fit three(const char *model)
@@ -203,25 +209,32 @@ static double polish(const struct fit *fit, const double *spectrum, double white
 /* At most so many of n: answers further from the minimum than 1e-3 standard errors; where
  * refiner_run() found a lower one; flags other than its, at the same minimum. */
 static const struct compared {
-    const char *model;
+    const char *model, *by;  /* the fit's, and that of the spectra */
     double made_with, white; /* the noise drawn, and that stated */
     size_t n, far, higher;
 } compared[] = {
-    { "half-space", NOISE, NOISE, SKINS, 0, 0 },
-    { "two-layer", NOISE, NOISE, SKINS, SKINS / 100, SKINS / 1000 },
+    { "half-space", "half-space", NOISE, NOISE, SKINS, 0, 0 },
+    { "two-layer", "two-layer", NOISE, NOISE, SKINS, SKINS / 400, SKINS / 1000 },
     /* Nothing explains these: large residuals, slow steps. */
-    { "half-space", 0.03, NOISE, 4000, 80, 4 },
-    { "two-layer", 0.03, NOISE, 4000, 160, 8 },
+    { "half-space", "half-space", 0.03, NOISE, 4000, 20, 4 },
+    { "two-layer", "two-layer", 0.03, NOISE, 4000, 40, 8 },
+    /* Skin as it is lies beyond the bounds of simple models: on faces, edges and corners. */
+    { "half-space", "two-layer", NOISE, NOISE, SKINS, SKINS / 400, SKINS / 1000 },
+    { "half-space", "transport-8", NOISE, NOISE, 4000, 20, 4 },
+    { "two-layer", "half-space", NOISE, NOISE, SKINS, SKINS / 200, SKINS / 50 },
+    { "two-layer", "transport-8", NOISE, NOISE, 4000, 20, 4 },
     /* A noise much too large, and hardly any. */
-    { "half-space", NOISE, 0.02, 4000, 8, 4 },
-    { "two-layer", 1e-6, 1e-6, 4000, 40, 8 },
-    { "kubelka-munk", NOISE, NOISE, 60, 60, 0 }, /* one by one */
+    { "half-space", "half-space", NOISE, 0.02, 4000, 8, 4 },
+    { "two-layer", "two-layer", 1e-6, 1e-6, 4000, 40, 8 },
+    { "kubelka-munk", "kubelka-munk", NOISE, NOISE, 60, 60, 0 }, /* one by one */
 };
 
 /* What a value or an end of its interval on an edge by a hair says is left to chance. */
 static uint32_t told_apart(const struct fit *fit, const struct answer *a, const struct refined *b)
 {
     uint32_t apart = a->flags ^ b->flags;
+    if ((a->flags & REFINE_NOT_CONVERGED) == 0) /* lanes come to rest where one by one steps tire */
+        apart &= ~(uint32_t)REFINE_NOT_CONVERGED;
     for (size_t i = 0; i < FREE; i++) {
         double lo = fit->role[i].lo, hi = fit->role[i].hi, root = i == SKIN_BM ? 1.0 : 0.5;
         double room = fmin(fmin(a->value[i] - lo, hi - a->value[i]),
@@ -244,8 +257,8 @@ static void hold_against_one(const struct compared *c)
     struct noise noise = noise_white(c->white);
     struct refiner *refiner;
     char what[200];
-    size_t flags = 0, higher = 0, far = 0, chi = 0, wide = 0;
-    make_skins(&fit, c->n, c->made_with, 3);
+    size_t flags = 0, higher = 0, far = 0, chi = 0, wide = 0, on_bounds = 0;
+    make_spectra(&fit, model_find(c->by), c->n, c->made_with, 3);
     struct refine_rows rows = rows_of(c->n);
     struct refine_many *many = open(&fit, &noise);
     run(many, &rows, 1, got);
@@ -266,6 +279,7 @@ static void hold_against_one(const struct compared *c)
             apart = fmax(apart, fabs(got[k].value[i] - one.value[i]) / one.se[i]);
         }
         far += moved > 1e-3 ? 1u : 0u;
+        on_bounds += (got[k].flags & (7u * REFINE_AT_BOUND)) != 0 ? 1u : 0u;
         higher += got[k].chi_square > one.chi_square + 1e-3 * (1.0 + one.chi_square) ? 1u : 0u;
         chi += moved <= 1e-3 && fabs(got[k].chi_square - lowest) > 1e-5 + 1e-6 * lowest ? 1u : 0u;
         if (apart > 0.03) /* another minimum, or one of the two not quite there */
@@ -279,8 +293,9 @@ static void hold_against_one(const struct compared *c)
     }
     refiner_close(refiner);
     snprintf(what, sizeof what,
-             "%s, %g stated %g: far %zu, higher %zu, chi^2 %zu, flags %zu, se %zu", c->model,
-             c->made_with, c->white, far, higher, chi, flags, wide);
+             "%s by %s, %g stated %g: far %zu, higher %zu, chi^2 %zu, flags %zu, se %zu, on bounds "
+             "%zu",
+             c->by, c->model, c->made_with, c->white, far, higher, chi, flags, wide, on_bounds);
     if (getenv("VERBOSE") != NULL)
         puts(what);
     TEST_ASSERT_TRUE_MESSAGE(far <= c->far && higher <= c->higher, what);
