@@ -376,6 +376,15 @@ static void test_the_skin_a_spectrum_was_made_of_is_found(void)
 
 /* ---- the same bits --------------------------------------------------------------------------- */
 
+/* Fits of skins of their own, and of such as no skin of the model explains. */
+static const struct bits_case {
+    const char *model, *by;
+} bits_cases[] = { { "half-space", "half-space" },
+                   { "two-layer", "two-layer" },
+                   { "half-space", "two-layer" },
+                   { "two-layer", "half-space" } };
+enum { BITS_CASES = sizeof bits_cases / sizeof *bits_cases };
+
 static void assert_same(const struct answer *a, const struct answer *b, const char *what)
 {
     TEST_ASSERT_EQUAL_MEMORY_MESSAGE(a, b, sizeof *a, what);
@@ -384,13 +393,12 @@ static void assert_same(const struct answer *a, const struct answer *b, const ch
 static void test_the_same_bits_however_rows_are_handed_over(void)
 {
     static struct answer all[SKINS], again[SKINS];
-    static const char *const model[] = { "half-space", "two-layer" };
-    for (size_t m = 0; m < 2; m++) {
+    for (size_t m = 0; m < BITS_CASES; m++) {
         enum { N = 3001 };
-        struct fit fit = three(model[m]);
+        struct fit fit = three(bits_cases[m].model);
         struct noise noise = noise_white(NOISE);
         struct refine_many *many = open(&fit, &noise);
-        make_skins(&fit, N, NOISE, 5);
+        make_spectra(&fit, model_find(bits_cases[m].by), N, NOISE, 5);
         struct refine_rows rows = rows_of(N), one = rows_of(1);
         run(many, &rows, 1, all);
         run(many, &rows, 3, again);
@@ -433,17 +441,16 @@ static void test_the_same_bits_however_rows_are_handed_over(void)
 
 static void test_the_same_bits_by_all_fused_vectors_and_nearly_those_without(void)
 {
-    static const char *const model[] = { "half-space", "two-layer" };
     static struct refine_lanes lanes;
     static struct lanes_answer got[QUICK_VECTORS];
     static double laid_out[BANDS * LANES_MOST];
-    for (size_t m = 0; m < 2; m++) {
-        struct fit fit = three(model[m]);
+    for (size_t m = 0; m < BITS_CASES; m++) {
+        struct fit fit = three(bits_cases[m].model);
         struct noise noise = noise_white(NOISE);
         double nm[BANDS];
         for (size_t i = 0; i < BANDS; i++)
             nm[i] = FIRST_NM + STEP_NM * (double)i;
-        make_skins(&fit, LANES_MOST, NOISE, 31);
+        make_spectra(&fit, model_find(bits_cases[m].by), LANES_MOST, NOISE, 31);
         TEST_ASSERT_EQUAL_INT(STATUS_OK,
                               refine_lanes_init(&fit, &noise, &chromophores, nm, &lanes));
         for (int v = 0; v < QUICK_VECTORS; v++) {
@@ -464,7 +471,7 @@ static void test_the_same_bits_by_all_fused_vectors_and_nearly_those_without(voi
             for (size_t i = 0; a->state[k] == LANES_FITTED && i < FREE; i++)
                 others += fabs(a->value[i][k] - b->value[i][k]) > 1e-3 * b->se[i][k] ? 1u : 0u;
         }
-        TEST_ASSERT_TRUE_MESSAGE(others <= LANES_MOST / 100, model[m]);
+        TEST_ASSERT_TRUE_MESSAGE(others <= LANES_MOST / 100, bits_cases[m].model);
     }
 }
 
