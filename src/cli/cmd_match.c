@@ -296,13 +296,9 @@ static int match_by_table(struct arguments *a, struct spectra *spectra)
 static int match_by_scene(struct arguments *a, struct spectra *spectra)
 {
     struct match_scene *scene = NULL;
-    const struct spectrum *bands = spectra_bands(spectra);
-    if (bands == NULL) {
-        log_error("%s: a scene is planned for one grid of bands, and lines of NDJSON have each "
-                  "their own; give the spectra as CSV",
-                  spectra_path(spectra));
-        return EXIT_USAGE;
-    }
+    const struct spectrum *bands = spectra_first_bands(spectra);
+    if (bands == NULL)
+        return EXIT_FAILURE;
     int exit_status = match_scene_open(a->scene, a->table, a->tables, a->costs, bands, &scene);
     if (exit_status == EXIT_SUCCESS && a->plan) {
         match_scene_show(scene, a->wish.format);
@@ -360,7 +356,8 @@ int cmd_match(int argc, char **argv)
         "to share a FILE among processes and machines.\n\n"
         "With --scene no more is computed than the scene wants, by the cheapest way that meets "
         "its error bound or time budget; `plan` in an answer says what ran, what was left out and "
-        "why.\n\n"
+        "why.  It is planned once, for the bands of FILE; of NDJSON for those of its first good "
+        "line, and lines of other bands are bad rows.\n\n"
         "Examples:\n"
         "  skinspec match docs/examples/skin.csv --k 3\n"
         "  skinspec match docs/examples/skin.csv --json --scene docs/examples/want.json\n"
@@ -376,6 +373,7 @@ int cmd_match(int argc, char **argv)
     struct spectra *spectra = NULL;
     int exit_status = EXIT_USAGE;
     option_parse(&argp, "match", argc, argv, &a);
+    a.source.look_ahead = a.scene != NULL;
     enum status s = spectra_open(&a.source, &spectra);
     if (s != STATUS_OK)
         return s == STATUS_UNSUPPORTED ? EXIT_USAGE : EXIT_FAILURE;

@@ -259,6 +259,30 @@ enum status cutter_next(struct cutter *c, size_t rows, struct piece *piece)
     return s == STATUS_OK ? STATUS_NOT_FOUND : s;
 }
 
+enum status cutter_look_ahead(struct cutter *c, size_t rows, struct piece *piece)
+{
+    struct extent e;
+    uint64_t offset = c->offset;
+    c->kept = c->at;
+    piece->line = c->line;
+    piece->rows_before = c->row;
+    enum status s = look(c, true, &e);
+    while (s == STATUS_OK) {
+        pass(c, &e);
+        if (c->row - piece->rows_before == rows)
+            break;
+        s = look(c, true, &e);
+    }
+    piece->rows = c->row - piece->rows_before;
+    if (c->at > c->kept)
+        s = copy_kept(c, piece);
+    c->at = c->kept;
+    c->offset = offset;
+    c->line = piece->line;
+    c->row = piece->rows_before;
+    return s;
+}
+
 enum status cutter_skip_rows(struct cutter *c, size_t rows)
 {
     struct extent e;

@@ -56,6 +56,10 @@ enum status cutter_peek(struct cutter *cutter, char *ret);
  * while there was nothing to read; STATUS_IO (errno tells); STATUS_NO_MEMORY. */
 enum status cutter_next(struct cutter *cutter, size_t rows, struct piece *piece);
 
+/* The next so many rows, waited for, without taking them: as cutter_next() has a piece, but of
+ * fewer rows only where the input has no more. */
+enum status cutter_look_ahead(struct cutter *cutter, size_t rows, struct piece *piece);
+
 /* Pass over so many rows, or those that begin before an offset.  Statuses of cutter_next(); an
  * input that has no more than that is no error. */
 enum status cutter_skip_rows(struct cutter *cutter, size_t rows);

@@ -248,7 +248,8 @@ static enum status answer(struct match_rows *rows, struct match_scratch *scratch
 static void refuse_answer(const struct match_rows *rows, struct spectra_row *row, enum status s,
                           const char *why)
 {
-    if (s == STATUS_UNSUPPORTED && why == NULL && spectra_bands(rows->spectra) == NULL) {
+    if (rows->scene == NULL && s == STATUS_UNSUPPORTED && why == NULL &&
+        spectra_bands(rows->spectra) == NULL) {
         const struct recipe *recipe = &rows->table->recipe;
         if (rows->matcher.by == MATCH_SPECTRUM)
             spectra_refuse(rows->spectra, row, 0, too_few_common,
@@ -263,6 +264,21 @@ static void refuse_answer(const struct match_rows *rows, struct spectra_row *row
         return;
     }
     spectra_refuse(rows->spectra, row, SPECTRA_AT_ROW, "%s", why != NULL ? why : status_text(s));
+}
+
+/* A scene is planned once. */
+static bool has_planned_bands(const struct match_rows *rows, struct spectra_row *row)
+{
+    const struct spectrum *s = &row->spectrum;
+    struct spectrum planned;
+    if (rows->scene == NULL || match_scene_suits(rows->scene, s, &planned))
+        return true;
+    spectra_refuse(rows->spectra, row, 0,
+                   "%zu bands %g..%g nm by %g; the scene is planned for the first row's, %zu bands "
+                   "%g..%g nm by %g: give these rows to a run of their own",
+                   s->n, s->first_nm, spectrum_nm(s, s->n - 1), s->step_nm, planned.n,
+                   planned.first_nm, spectrum_nm(&planned, planned.n - 1), planned.step_nm);
+    return false;
 }
 
 static void print_csv(const struct match_rows *rows, const struct match_scratch *scratch,
@@ -300,7 +316,7 @@ static void print_row(struct match_rows *rows, struct match_scratch *scratch, st
     const char *why;
     if (row->good)
         settle_specular(rows, row, &ret->unstated);
-    if (row->good) {
+    if (row->good && has_planned_bands(rows, row)) {
         enum status s = answer(rows, scratch, &why);
         if (s != STATUS_OK)
             refuse_answer(rows, row, s, why);

@@ -196,6 +196,17 @@ void match_scene_inputs(const struct match_scene *m, struct inputs *inputs)
 
 /* ---- answers ------------------------------------------------------------------------ */
 
+bool match_scene_suits(const struct match_scene *m, const struct spectrum *spectrum,
+                       struct spectrum *planned)
+{
+    const struct plan *p = &m->plan;
+    planned->first_nm = p->given_first_nm;
+    planned->step_nm = p->given_step_nm;
+    planned->n = p->given_bands;
+    return spectrum->first_nm == planned->first_nm && spectrum->step_nm == planned->step_nm &&
+           spectrum->n == planned->n;
+}
+
 enum status match_scene_run(const struct match_scene *m, const struct spectrum *spectrum,
                             struct match_scene_answer *ret, const char **why)
 {

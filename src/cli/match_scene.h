@@ -34,6 +34,10 @@ struct match_scene_answer {
     struct nearest_hit hits[SCENE_MAX_K];
 };
 
+/* Whether a spectrum has the bands that it is planned for, which else are in *planned. */
+bool match_scene_suits(const struct match_scene *scene, const struct spectrum *spectrum,
+                       struct spectrum *planned);
+
 /* Statuses and *why of plan_run(). */
 enum status match_scene_run(const struct match_scene *scene, const struct spectrum *spectrum,
                             struct match_scene_answer *ret, const char **why);

@@ -17,6 +17,18 @@ const struct spectrum *spectra_bands(const struct spectra *spectra)
     return spectra->is_csv ? &spectra->bands : NULL;
 }
 
+const struct spectrum *spectra_first_bands(const struct spectra *s)
+{
+    if (s->is_csv || s->has_bands)
+        return &s->bands;
+    if (s->ahead_line > 0)
+        log_error("%s:%zu:%zu: %s; none of the first rows has a spectrum", s->path, s->ahead_line,
+                  s->ahead_column, s->ahead_error);
+    else
+        log_error("%s: empty; expected an object of JSON a line, with a spectrum", s->path);
+    return NULL;
+}
+
 const char *spectra_path(const struct spectra *spectra)
 {
     return spectra->path;
@@ -159,6 +171,44 @@ static enum status find_format(struct spectra *s, enum spectra_format asked)
     return STATUS_OK;
 }
 
+/* The first good of so many rows. */
+static enum status find_bands_in(struct spectra *s, size_t rows, struct piece *piece, bool *all)
+{
+    struct spectra_row row = { .quiet = true };
+    enum status status = cutter_look_ahead(&s->cutter, rows, piece);
+    *all = piece->rows < rows;
+    if (status != STATUS_OK)
+        return status;
+    struct spectra_piece lines = { .piece = *piece, .at = piece->text, .line = piece->line };
+    while (!s->has_bands && (status = spectra_read_line(&lines, &row)) == STATUS_OK) {
+        if (row.good) {
+            s->has_bands = true;
+            s->bands.first_nm = row.spectrum.first_nm;
+            s->bands.step_nm = row.spectrum.step_nm;
+            s->bands.n = row.spectrum.n;
+        } else if (s->ahead_line == 0) {
+            memcpy(s->ahead_error, row.error, sizeof s->ahead_error);
+            s->ahead_line = row.error_line;
+            s->ahead_column = row.error_column;
+        }
+    }
+    spectra_row_done(&row);
+    return STATUS_OK; /* what no reader takes is told when it is its turn */
+}
+
+/* One row is waited for, more only where that is bad. */
+static enum status find_bands(struct spectra *s)
+{
+    struct piece piece = { 0 };
+    enum status status = STATUS_OK;
+    bool all = false;
+    for (size_t rows = 1; rows <= SPECTRA_AHEAD && status == STATUS_OK && !s->has_bands && !all;
+         rows *= 4)
+        status = find_bands_in(s, rows, &piece, &all);
+    piece_done(&piece);
+    return status == STATUS_NOT_FOUND ? STATUS_OK : input_error(s, status);
+}
+
 /* Records belong to the part that they begin in; lines and rows are counted from the file's
  * beginning on, so what lies before is passed over, not jumped over. */
 static enum status find_shard(struct spectra *s, size_t shard, size_t shards)
@@ -190,6 +240,8 @@ enum status spectra_open(const struct spectra_source *source, struct spectra **r
         status = find_format(s, source->format);
     if (status == STATUS_OK && s->is_csv)
         status = source->header != NULL ? read_header_of(s, source->header) : read_header(s, s);
+    if (status == STATUS_OK && !s->is_csv && source->look_ahead)
+        status = find_bands(s);
     if (status == STATUS_OK)
         status = find_shard(s, source->shard, source->shards);
     if (status != STATUS_OK) {

@@ -55,6 +55,7 @@ struct spectra_source {
     const char
         *header; /* a CSV file whose header stands for the one that the input lacks; or NULL */
     size_t shard, shards; /* the shard-th of so many parts of a file, from 1; 0, 0: all of it */
+    bool look_ahead;      /* NDJSON: for spectra_first_bands() */
 };
 
 /* CSV from here, all of it. */
@@ -124,6 +125,12 @@ void spectra_bands_error(const struct spectra *spectra, const char *format, ...)
 
 /* The bands all rows have, in a spectrum without values; NULL for NDJSON. */
 const struct spectrum *spectra_bands(const struct spectra *spectra);
+
+/* Those of the first good row of all parts, without values, where that is among the first
+ * SPECTRA_AHEAD rows; of NDJSON only where source.look_ahead was set.  NULL, logged with what is
+ * wrong with the first row: there is none. */
+enum { SPECTRA_AHEAD = 64 };
+const struct spectrum *spectra_first_bands(const struct spectra *spectra);
 
 /* Bytes read and in all, where the input is a file; both 0 for a pipe. */
 void spectra_position(const struct spectra *spectra, size_t *done, size_t *total);

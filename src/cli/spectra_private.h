@@ -23,6 +23,9 @@ struct spectra {
     size_t carried_n;
     size_t id_column, specular_column; /* header.n where there is none */
     struct spectrum bands;
+    bool has_bands; /* NDJSON: those of the first good row */
+    char ahead_error[SPECTRA_ERROR_SIZE];
+    size_t ahead_line, ahead_column; /* of it: the first row is bad for this; 0: there is no row */
 };
 
 enum { SPECTRA_SHOWN_SIZE = 48 };

@@ -2,10 +2,17 @@
 """test_scene.py - `skinspec match --scene`: what is wanted is there and is what the plain command
 says; what is not wanted is not; what cannot be had is refused with what comes nearest."""
 
+import csv
 import json
 import os
 
 from support import EXAMPLES, TABLES, Case, main, run
+
+
+def csv_rows(path):
+    with open(path, encoding="utf-8") as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
 
 # A folder where no table is, and no costs of this machine.
 NOWHERE = os.path.join(os.sep, "nonexistent")
@@ -163,6 +170,61 @@ class Scene(Case):
         self.refused(scene, "the nearest is")
         self.refused(scene, "skinspec bench --calibrate", status=1, options=["--costs", NOWHERE])
         self.refused(scene, status=1, options=["--costs", EXAMPLES])
+
+    def lines(self, scene, text, *options, status=0):
+        done = run("match", "-", "--scene", self.file(json.dumps(scene)), "--ndjson", "--tables", TABLES,
+                   *options, stdin=text)  # fmt: skip
+        self.assertEqual(done.status, status, done.err)
+        return done
+
+    def test_ndjson(self):
+        """Planned for the first good line's bands; the answers are those of the same spectra as CSV."""
+        scene = {"want": ["lab", "refined"], "noise": 0.003}
+        expected, lines = self.answer(scene), []
+        for row in csv_rows(EXAMPLES):
+            nm = [name for name in row if name.isdigit()]
+            spectrum = {"first_nm": int(nm[0]), "step_nm": int(nm[1]) - int(nm[0]),
+                        "values": [float(row[x]) for x in nm]}  # fmt: skip
+            lines.append({"id": row["id"], "spectrum": spectrum, "specular": "sce"})
+        text = "".join(json.dumps(line) + "\n" for line in lines)
+        timeless = [{**one, "plan": without(one["plan"], "us")} for one in expected]
+        for more, bad in (("", 0), ("\n" * 3, 0), ('{"id":"x"}\n' * 3, 3), ("no JSON\n" * 20, 20)):
+            done = self.lines(scene, more + text, status=1 if bad else 0,
+                              *(["--input", "ndjson"] if more else []))  # fmt: skip
+            ours = done.ndjson()
+            self.assertEqual([one for one in ours if "error" in one], ours[:bad])
+            self.assertEqual(len(done.err.splitlines()), bad)
+            for one, expect in zip(ours[bad:], timeless, strict=True):
+                self.assertEqual(one.pop("specular"), "sce")  # carried through, as all members are
+                self.assertEqual({**one, "plan": without(one["plan"], "us")}, expect)
+        done = self.lines(scene, text, "--plan")
+        self.assertEqual(json.loads(done.out)["scene"], expected[0]["plan"]["scene"])
+
+    def test_ndjson_of_other_bands(self):
+        """Bad rows, wherever they stand, and of whatever part of a file."""
+        def line(step_nm, n):
+            return json.dumps({"spectrum": {"first_nm": 400, "step_nm": step_nm, "values": [0.3] * n},
+                               "specular": "sce"}) + "\n"  # fmt: skip
+
+        scene = {"want": ["lab"]}
+        text = line(10, 31) + line(5, 61) * 3 + line(10, 31) + line(10, 36)
+        done = self.lines(scene, text, status=1)
+        self.assertEqual(["error" in one for one in done.ndjson()], [False, True, True, True, False, True])
+        self.assertIn("<stdin>:2:", done.err)
+        self.assertIn("61 bands 400..700 nm by 5; the scene is planned for the first row's, 31 bands 400..700 nm by 10",
+                      done.err)  # fmt: skip
+        scene, path, parts = self.file(json.dumps(scene)), self.file(text), []
+        for i in (1, 2, 3):
+            done = run("match", path, "--scene", scene, "--ndjson", "--shard", f"{i}/3")
+            parts += done.ndjson()
+        self.assertEqual(["error" in one for one in parts], [False, True, True, True, False, True])
+
+    def test_ndjson_without_a_spectrum(self):
+        done = self.lines({"want": ["lab"]}, "", "--input", "ndjson", status=1)
+        self.assertIn("<stdin>: empty", done.err)
+        done = self.lines({"want": ["lab"]}, '{"id":"a"}\n' * 500, status=1)
+        self.assertIn("<stdin>:1:1: no spectrum", done.err)
+        self.assertEqual((done.out, len(done.err.splitlines())), ("", 1))
 
     def test_options(self):
         path = self.file('{"want": ["lab"]}')
