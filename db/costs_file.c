@@ -46,22 +46,48 @@ static enum status read_text(const char *path, char *text)
     return s;
 }
 
-enum status costs_file_read(const char *path, struct costs *ret)
+static size_t lines_of(const char *text)
+{
+    size_t n = 0;
+    for (const char *at = text; *at != '\0'; n++)
+        at += strcspn(at, "\n") + (strchr(at, '\n') != NULL ? 1 : 0);
+    return n;
+}
+
+static enum status parse(const char *path, const char *text, struct costs *costs)
 {
     size_t line = 0;
-    char *text = malloc(BYTES_MAX + 1);
-    if (text == NULL) {
-        log_error("%s: %s", path, status_text(STATUS_NO_MEMORY));
-        return STATUS_NO_MEMORY;
+    const char *wrong = "not a line of costs";
+    enum status s = costs_parse(text, costs, &line);
+    if (s == STATUS_OK && costs->counted)
+        return s;
+    if (s == STATUS_NO_MEMORY) {
+        log_error("%s: %s", path, status_text(s));
+        return s;
     }
-    enum status s = read_text(path, text);
     if (s == STATUS_OK) {
-        s = costs_parse(text, ret, &line);
-        if (s != STATUS_OK)
-            log_error(
-                "%s:%zu: not a line of costs; 'skinspec bench --calibrate' makes the file anew",
-                path, line);
+        line = 1;
+        wrong = "no line '# costs: N' says how many there are, as of an older program, so the file "
+                "may be cut short";
+    } else if (line > lines_of(text)) {
+        wrong = "the file ends too soon";
     }
+    log_error("%s:%zu: %s; 'skinspec bench --calibrate' makes it anew", path, line, wrong);
+    return STATUS_FORMAT;
+}
+
+enum status costs_file_read(const char *path, struct costs *ret)
+{
+    char *text = malloc(BYTES_MAX + 1);
+    struct costs *costs = malloc(sizeof *costs);
+    enum status s = text != NULL && costs != NULL ? read_text(path, text) : STATUS_NO_MEMORY;
+    if (text == NULL || costs == NULL)
+        log_error("%s: %s", path, status_text(s));
+    if (s == STATUS_OK)
+        s = parse(path, text, costs);
+    if (s == STATUS_OK)
+        *ret = *costs;
+    free(costs);
     free(text);
     return s;
 }

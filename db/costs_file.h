@@ -14,7 +14,8 @@ enum { COSTS_PATH_SIZE = 4096 };
 enum status costs_file_path(char ret[COSTS_PATH_SIZE]);
 
 /* STATUS_NOT_FOUND, silently, where there is none; STATUS_FORMAT, STATUS_IO, STATUS_NO_MEMORY are
- * logged with file and line.  *ret is then untouched. */
+ * logged with file and line.  A file that does not say how many costs it has may have been cut
+ * short: STATUS_FORMAT.  *ret is touched with STATUS_OK alone. */
 enum status costs_file_read(const char *path, struct costs *ret);
 
 #endif

@@ -13,6 +13,7 @@
 static const char header[] = "model,rows,by,refine,interval,us,us_p95,Cm,Bm,Ch,Cm_transport,"
                              "Bm_transport,Ch_transport,dE00,rms_R,bytes";
 static const char machine_line[] = "# machine: ";
+static const char count_line[] = "# costs: ";
 static const char not_refined[] = "none"; /* refine_kind_name() has no name for it */
 
 enum { FIELDS = 16, LINE_MAX_BYTES = 512 };
@@ -94,26 +95,41 @@ static bool cost_parse(char *line, struct cost *ret)
     return good;
 }
 
-/* One line without its end into *ret; seen: the line of names has been. */
-static bool take_line(char *line, bool *seen, struct costs *ret)
+/* What the lines said so far. */
+struct reading {
+    bool seen;    /* the line of names */
+    size_t count; /* with costs->counted */
+};
+
+static bool take_comment(const char *line, struct reading *reading, struct costs *ret)
+{
+    size_t n = sizeof machine_line - 1, m = sizeof count_line - 1;
+    if (strncmp(line, machine_line, n) == 0)
+        snprintf(ret->machine, sizeof ret->machine, "%.*s", COSTS_MACHINE_SIZE - 1, line + n);
+    if (strncmp(line, count_line, m) != 0)
+        return true;
+    ret->counted = true;
+    return number_parse_count(line + m, COSTS_MAX, &reading->count) == STATUS_OK;
+}
+
+/* One line without its end into *ret. */
+static bool take_line(char *line, struct reading *reading, struct costs *ret)
 {
     if (line[0] == '\0')
         return true;
-    if (line[0] == '#') {
-        size_t n = sizeof machine_line - 1;
-        if (strncmp(line, machine_line, n) == 0)
-            snprintf(ret->machine, sizeof ret->machine, "%.*s", COSTS_MACHINE_SIZE - 1, line + n);
-        return true;
-    }
-    if (!*seen) {
-        *seen = true;
+    if (line[0] == '#')
+        return take_comment(line, reading, ret);
+    if (!reading->seen) {
+        reading->seen = true;
         return strcmp(line, header) == 0;
     }
-    return ret->n < COSTS_MAX && cost_parse(line, &ret->cost[ret->n++]);
+    size_t most = ret->counted ? reading->count : COSTS_MAX;
+    return ret->n < most && cost_parse(line, &ret->cost[ret->n++]);
 }
 
 /* More of a text into *costs, *line counted on; what is there after a fault is of no use. */
-static enum status read_lines(const char *text, bool *seen, struct costs *costs, size_t *line)
+static enum status read_lines(const char *text, struct reading *reading, struct costs *costs,
+                              size_t *line)
 {
     char copy[LINE_MAX_BYTES];
     for (const char *at = text; *at != '\0';) {
@@ -123,7 +139,7 @@ static enum status read_lines(const char *text, bool *seen, struct costs *costs,
             return STATUS_FORMAT;
         memcpy(copy, at, body);
         copy[body] = '\0';
-        if (!take_line(copy, seen, costs))
+        if (!take_line(copy, reading, costs))
             return STATUS_FORMAT;
         at += at[n] == '\n' ? n + 1 : n;
     }
@@ -134,9 +150,10 @@ enum status costs_parse(const char *text, struct costs *ret, size_t *line)
 {
     struct costs *costs = calloc(1, sizeof *costs);
     size_t at = 0;
-    bool seen = false;
-    enum status s = costs != NULL ? read_lines(text, &seen, costs, &at) : STATUS_NO_MEMORY;
-    if (s == STATUS_OK && costs->n == 0) { /* the line that is not there */
+    struct reading reading = { false, 0 };
+    enum status s = costs != NULL ? read_lines(text, &reading, costs, &at) : STATUS_NO_MEMORY;
+    bool few = s == STATUS_OK && (costs->n == 0 || (costs->counted && costs->n < reading.count));
+    if (few) { /* the line that is not there */
         at++;
         s = STATUS_FORMAT;
     }
@@ -155,11 +172,11 @@ static struct costs builtin;
 /* Without an allocation, so that it cannot fail in a station that has no memory left. */
 static void read_builtin(void)
 {
-    bool seen = false;
+    struct reading reading = { false, 0 };
     size_t line = 0;
     enum status s = STATUS_OK;
     for (size_t i = 0; costs_default_lines[i] != NULL && s == STATUS_OK; i++)
-        s = read_lines(costs_default_lines[i], &seen, &builtin, &line);
+        s = read_lines(costs_default_lines[i], &reading, &builtin, &line);
     assert(s == STATUS_OK && builtin.n > 0); /* a test reads it */
 }
 
@@ -180,7 +197,8 @@ static void print_amount(FILE *stream, double x)
 
 void costs_print(FILE *stream, const struct costs *costs)
 {
-    fprintf(stream, "%s%s\n%s\n", machine_line, costs->machine, header);
+    fprintf(stream, "%s%s\n%s%zu\n%s\n", machine_line, costs->machine, count_line, costs->n,
+            header);
     for (size_t i = 0; i < costs->n; i++) {
         const struct cost *c = &costs->cost[i];
         char bytes[NUMBER_TEXT_SIZE];

@@ -1,8 +1,8 @@
 /* costs.h - what each way to an answer costs and how wrong it is, as `skinspec bench` measured
  * it: the short form of docs/error-vs-time.md, which the planner reads.
  *
- * As text: lines `# ...`, one of them "# machine: ...", a line of column names, a line for each
- * cost:
+ * As text: lines `# ...`, of them "# machine: ..." and "# costs: N", how many there are, by which a
+ * text that was cut short is known; a line of column names, a line for each cost:
  *   column         of struct cost     unit          blank
  *   model          model              name          never
  *   rows           rows               -             never
@@ -49,6 +49,7 @@ struct costs {
     size_t n;
     struct cost cost[COSTS_MAX];
     char machine[COSTS_MACHINE_SIZE]; /* which machine, cores, compiler; and when */
+    bool counted;                     /* the text says how many: it is whole */
 };
 
 /* The default build's own.  Made at the first call, then only read; any thread may call. */
@@ -56,7 +57,7 @@ const struct costs *costs_builtin(void);
 
 /* STATUS_FORMAT with *ret untouched and *line (from 1) that of the fault where the text is not
  * as above: an unknown model or name, a number that is none or below 0, no cost at all or more
- * than COSTS_MAX. */
+ * than COSTS_MAX, more or fewer than it says; of fewer, the line that is not there. */
 enum status costs_parse(const char *text, struct costs *ret, size_t *line);
 
 /* What costs_parse() reads back: numbers to 4 digits.  The caller looks at ferror(). */

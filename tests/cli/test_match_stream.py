@@ -429,7 +429,7 @@ class Stopped(Stream):
         folder = self.folder()
         scene = {"want": ["nearest"], "by": "lab"}
         costs = (
-            "# machine: none\nmodel,rows,by,refine,interval,us,us_p95,Cm,Bm,Ch,Cm_transport,"
+            "# machine: none\n# costs: 1\nmodel,rows,by,refine,interval,us,us_p95,Cm,Bm,Ch,Cm_transport,"
             "Bm_transport,Ch_transport,dE00,rms_R,bytes\n"
             "two-layer,50400,lab,none,0,1,1,1e-5,0.1,0.01,1e-5,0.1,0.01,1,0.01,0\n"
         )

@@ -159,7 +159,7 @@ class Scene(Case):
     def test_costs(self):
         """By costs that say that lab takes no time and is never wrong, lab it is."""
         line = "two-layer,50400,%s,none,0,%g,%g,%g,0.1,0.01,%g,0.1,0.01,1,0.01,0\n"
-        costs = ("# machine: none\nmodel,rows,by,refine,interval,us,us_p95,Cm,Bm,Ch,Cm_transport,"
+        costs = ("# machine: none\n# costs: 2\nmodel,rows,by,refine,interval,us,us_p95,Cm,Bm,Ch,Cm_transport,"
                  "Bm_transport,Ch_transport,dE00,rms_R,bytes\n"
                  + line % ("lab", 1, 1, 1e-5, 1e-5) + line % ("spectrum", 9, 9, 1e-5, 1e-5))  # fmt: skip
         path = self.file(costs)
@@ -170,6 +170,11 @@ class Scene(Case):
         self.refused(scene, "the nearest is")
         self.refused(scene, "skinspec bench --calibrate", status=1, options=["--costs", NOWHERE])
         self.refused(scene, status=1, options=["--costs", EXAMPLES])
+        head = costs[: costs.index("two-layer,50400,spectrum")]
+        self.refused(scene, ":5: the file ends too soon", "--calibrate", status=1,
+                     options=["--costs", self.file(head)])  # fmt: skip
+        self.refused(scene, "cut short", "--calibrate", status=1,
+                     options=["--costs", self.file(costs.replace("# costs: 2\n", ""))])  # fmt: skip
 
     def lines(self, scene, text, *options, status=0):
         done = run("match", "-", "--scene", self.file(json.dumps(scene)), "--ndjson", "--tables", TABLES,

@@ -28,6 +28,7 @@ static void test_what_each_column_is(void)
         STATUS_OK, costs_parse("# machine: a lathe\n# and more\n\n" HEADER LINE, &costs, &line));
     TEST_ASSERT_EQUAL_size_t(1, costs.n);
     TEST_ASSERT_EQUAL_STRING("a lathe", costs.machine);
+    TEST_ASSERT_FALSE(costs.counted);
     const struct cost *c = &costs.cost[0];
     TEST_ASSERT_EQUAL_PTR(model_find("two-layer"), c->model);
     TEST_ASSERT_EQUAL_size_t(50400, c->rows);
@@ -52,6 +53,10 @@ static const struct bad_case {
 } bad_cases[] = {
     { "nothing", "", 1 },
     { "no cost", "# machine: x\n" HEADER, 3 },
+    { "cut short", "# costs: 3\n" HEADER LINE LINE, 5 },
+    { "cut short after its head", "# machine: x\n# costs: 3\n" HEADER, 4 },
+    { "more than it says", "# costs: 1\n" HEADER LINE LINE, 4 },
+    { "a count that is no number", "# costs: many\n" HEADER LINE, 1 },
     { "no names", LINE, 1 },
     { "other names", "model,rows\n" LINE, 1 },
     { "a field too few", HEADER LINE "two-layer,50400\n", 3 },
@@ -114,6 +119,7 @@ static void test_reads_back_as_written(void)
     fclose(stream);
     TEST_ASSERT_EQUAL_INT(STATUS_OK, costs_parse(text, &again, &line));
     TEST_ASSERT_EQUAL_size_t(builtin->n, again.n);
+    TEST_ASSERT_TRUE(again.counted);
     TEST_ASSERT_EQUAL_STRING(builtin->machine, again.machine);
     for (size_t i = 0; i < again.n; i++) {
         const struct cost *a = &builtin->cost[i], *b = &again.cost[i];

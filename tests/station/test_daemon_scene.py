@@ -94,6 +94,7 @@ class Matching(Case):
 
 
 COSTS = """# machine: none
+# costs: 2
 model,rows,by,refine,interval,us,us_p95,Cm,Bm,Ch,Cm_transport,Bm_transport,Ch_transport,dE00,rms_R,bytes
 two-layer,50400,lab,none,0,1,1,1e-5,0.1,0.01,1e-5,0.1,0.01,1,0.01,0
 two-layer,50400,spectrum,none,0,9,9,1e-5,0.1,0.01,1e-5,0.1,0.01,1,0.01,0
@@ -121,6 +122,8 @@ class Costs(Case):
         """Those compiled in: there no row is so near."""
         with self.refused("params_invalid"):
             self.by(COSTS.replace("lab,none", "lab,maybe"))
+        with self.refused("params_invalid"):
+            self.by(COSTS[: COSTS.index("two-layer,50400,spectrum")])
 
 
 class Measuring(Case):
