@@ -59,6 +59,26 @@ static size_t line_of(const char *text, size_t offset)
     return line;
 }
 
+static const char *fault_text(enum strict_json_fault fault)
+{
+    switch (fault) {
+    case STRICT_JSON_UTF8:
+        return "text that is not UTF-8; save the file as UTF-8";
+    case STRICT_JSON_NUL:
+        return "a NUL in the text; take it out";
+    case STRICT_JSON_DUPLICATE:
+        return "a name that stands twice in one object; say it once";
+    case STRICT_JSON_DEPTH:
+    case STRICT_JSON_MEMBERS:
+        return "more within each other, or in one object, than a scene has; an object such as "
+               "{\"want\": [\"lab\"]} will do";
+    case STRICT_JSON_NUMBER:
+        return "a number beyond what a double holds, or of more than 63 bytes; write it shorter";
+    default:
+        return "this is not JSON; a scene is an object such as {\"want\": [\"lab\"]}";
+    }
+}
+
 static int read_scene(const char *path, struct scene *ret)
 {
     static char text[FILE_MAX_BYTES + 1];
@@ -70,8 +90,8 @@ static int read_scene(const char *path, struct scene *ret)
         return EXIT_FAILURE;
     enum status s = strict_json_parse(text, n, &object, &fault, &offset);
     if (s != STATUS_OK) {
-        log_error("%s:%zu: this is not JSON; a scene is an object such as {\"want\": [\"lab\"]}",
-                  path, line_of(text, offset));
+        log_error("%s:%zu: %s", path, line_of(text, offset),
+                  s == STATUS_NO_MEMORY ? status_text(s) : fault_text(fault));
         return s == STATUS_NO_MEMORY ? EXIT_FAILURE : EXIT_USAGE;
     }
     s = wire_read_scene(object, ret, why);

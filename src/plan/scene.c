@@ -209,6 +209,41 @@ static enum status check_limits(const struct scene *s, char *why)
     return STATUS_OK;
 }
 
+enum status scene_check_use(const struct scene *s, char why[SCENE_WHY_SIZE])
+{
+    static const unsigned colours = SCENE_LAB | SCENE_RGB,
+                          fits = SCENE_COEFFICIENTS | SCENE_REFINED,
+                          skins = SCENE_COEFFICIENTS | SCENE_NEAREST | SCENE_REFINED;
+    const struct scene usual = scene_empty();
+    const struct {
+        bool said;
+        const char *name;
+        unsigned by;
+    } members[] = {
+        { s->illuminant != usual.illuminant, "illuminant", colours },
+        { s->observer != usual.observer, "observer", colours },
+        { s->model != NULL, "model", skins },
+        { !isnan(s->range[SKIN_CM].lo), "Cm", skins },
+        { !isnan(s->range[SKIN_BM].lo), "Bm", skins },
+        { !isnan(s->range[SKIN_CH].lo), "Ch", skins },
+        { s->start != SCENE_START_ANY, "start", fits },
+        { s->no_dermis, "dermis", fits },
+        { !isnan(s->white), "noise", fits },
+        { !isnan(s->placement), "placement", fits },
+    };
+    for (size_t i = 0; i < sizeof members / sizeof *members; i++)
+        if (members[i].said && (s->wanted & members[i].by) == 0)
+            return refuse(why, "nothing that is wanted uses `%s`; want %s, or leave it out",
+                          members[i].name,
+                          members[i].by == colours ? "`lab` or `rgb`"
+                          : members[i].by == fits  ? "`refined` or `coefficients`"
+                                                   : "`coefficients`, `nearest` or `refined`");
+    if (s->no_dermis && s->fit == REFINE_SKIN)
+        return refuse(why, "the fit for measured skin is about its dermis as well; fit three, or "
+                           "leave `dermis` out");
+    return STATUS_OK;
+}
+
 enum status scene_check(const struct scene *scene, char why[SCENE_WHY_SIZE])
 {
     enum status s = check_wanted(scene, why);

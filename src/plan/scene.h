@@ -84,6 +84,10 @@ bool scene_wants_skin(const struct scene *scene);
  * untouched. */
 enum status scene_check(const struct scene *scene, char why[SCENE_WHY_SIZE]);
 
+/* The same for what is said and nothing that is wanted can use: of a scene as a person gives it,
+ * whose wish it would not be to have that passed over.  Not of one that was settled once. */
+enum status scene_check_use(const struct scene *scene, char why[SCENE_WHY_SIZE]);
+
 /* The paper's range of Cm, Bm, Ch (i = 0, 1, 2), or what the scene leaves of it. */
 struct scene_range scene_whole_range(size_t i);
 struct scene_range scene_range_of(const struct scene *scene, size_t i);

@@ -211,8 +211,8 @@ bool answer_has_scene(const cJSON *match)
 enum status answer_scene_of(const cJSON *match, struct scene *ret)
 {
     char why[SCENE_WHY_SIZE];
-    return wire_read_scene(strict_json_member(strict_json_member(match, "plan"), "scene"), ret,
-                           why) == STATUS_OK
+    return wire_read_kept_scene(strict_json_member(strict_json_member(match, "plan"), "scene"), ret,
+                                why) == STATUS_OK
                ? STATUS_OK
                : STATUS_FORMAT;
 }

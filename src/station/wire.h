@@ -50,8 +50,10 @@ struct wire_match {
 enum status wire_read_match(const cJSON *object, struct wire_match *ret);
 
 /* Scenes: docs/scenes.md.  Reading: STATUS_FORMAT for what is no scene, members that are not known
- * among it; STATUS_RANGE as scene_check(); why[] says what is wrong and what to do. */
+ * among it; STATUS_RANGE as scene_check() and scene_check_use(), but the latter not of a kept one,
+ * that of a plan; why[] says what is wrong and what to do. */
 enum status wire_read_scene(const cJSON *object, struct scene *ret, char why[SCENE_WHY_SIZE]);
+enum status wire_read_kept_scene(const cJSON *object, struct scene *ret, char why[SCENE_WHY_SIZE]);
 enum status wire_scene(const struct scene *scene, cJSON **ret);
 
 /* What ran, what was left out and why, what was to be expected; with what it took (work may be

@@ -93,8 +93,10 @@ static void read_want(struct reading *r, struct scene *s)
 
 static void read_light(struct reading *r, struct scene *s)
 {
-    const char *illuminant = text_of(r, "illuminant"), *observer = text_of(r, "observer");
     char echo[STRICT_JSON_ECHO_SIZE];
+    if (cJSON_IsNumber(strict_json_member(r->object, "observer")))
+        fault(r, "`observer` must be a text: say \"2\" or \"10\", in quotes");
+    const char *illuminant = text_of(r, "illuminant"), *observer = text_of(r, "observer");
     if (illuminant != NULL && illuminant_parse(illuminant, &s->illuminant) != STATUS_OK)
         fault(r, "there is no illuminant %s; take D65, A, D50 or another of the CIE's",
               strict_json_echo(illuminant, echo));
@@ -188,7 +190,7 @@ static void read_error(struct reading *r, struct scene *s)
     s->bound.rms = number_of(r, error, "rms");
 }
 
-enum status wire_read_scene(const cJSON *object, struct scene *ret, char why[SCENE_WHY_SIZE])
+enum status wire_read_kept_scene(const cJSON *object, struct scene *ret, char why[SCENE_WHY_SIZE])
 {
     static const char *const names[] = { "want",  "illuminant", "observer", "model", "by",
                                          "k",     "fit",        "start",    "Cm",    "Bm",
@@ -217,6 +219,17 @@ enum status wire_read_scene(const cJSON *object, struct scene *ret, char why[SCE
     if (r.failed)
         return STATUS_FORMAT;
     enum status status = scene_check(&s, why);
+    if (status == STATUS_OK)
+        *ret = s;
+    return status;
+}
+
+enum status wire_read_scene(const cJSON *object, struct scene *ret, char why[SCENE_WHY_SIZE])
+{
+    struct scene s;
+    enum status status = wire_read_kept_scene(object, &s, why);
+    if (status == STATUS_OK)
+        status = scene_check_use(&s, why);
     if (status == STATUS_OK)
         *ret = s;
     return status;

@@ -141,6 +141,24 @@ class Scene(Case):
         self.refused({"want": ["refined"], "budget_us": 0.01}, "the quickest is", " us")
         self.refused({"want": ["nearest"], "model": "kubelka-munk"}, "skinspec table build")
 
+    def test_what_nothing_uses(self):
+        """Refused, whatever member it is; and where it is used, taken."""
+        skin = ["coefficients", "nearest", "refined"]
+        for member, value, users in (
+            ("illuminant", "A", ["lab", "rgb"]), ("observer", "2", ["lab", "rgb"]),
+            ("model", "two-layer", skin), ("by", "lab", skin), ("k", 3, ["nearest"]),
+            ("fit", "three", ["coefficients", "refined"]), ("start", "rows", ["coefficients", "refined"]),
+            ("Cm", [0.01, 0.1], skin), ("Bm", 1, skin), ("Ch", [0.01, 0.1], skin),
+            ("dermis", False, ["coefficients", "refined"]), ("noise", 0.003, ["coefficients", "refined"]),
+            ("placement", 0.01, ["coefficients", "refined"]),
+        ):  # fmt: skip
+            for wanted in ("lab", "rgb", *skin):
+                scene = {"want": [wanted], member: value}
+                if wanted in users:
+                    self.answer(scene)
+                else:
+                    self.refused(scene, "leave ", " out")
+
     def test_no_scene(self):
         self.refused({"wnat": ["lab"]}, '"wnat" is no member of a scene')
         self.refused({"want": ["lab"], "error": {"CM": 1}}, '"CM" is no member of `error`')
@@ -151,7 +169,9 @@ class Scene(Case):
         self.refused({"want": ["refined"], "Cm": "0.1"}, "`Cm` must be a number")
         self.refused([], "a scene is an object")
         self.refused('{"want": ["lab"],}', ":1: this is not JSON")
-        self.refused('{"want":\n ["lab"], "want": ["rgb"]}', "this is not JSON")
+        self.refused('{"want":\n ["lab"], "want": ["rgb"]}', ":2: a name that stands twice")
+        self.refused('{"want": ["lab"], "budget_us": 1e999}', ":1: a number beyond")
+        self.refused('{"want": ["lab"], "observer": 2}', '`observer` must be a text: say "2" or "10"')
         done = run("match", EXAMPLES, "--scene", NOWHERE, "--json")
         self.assertEqual(done.status, 1)
         self.assertIn("cannot read the scene", done.err)

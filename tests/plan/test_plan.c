@@ -507,6 +507,7 @@ static void test_settled(void)
             costs.cost[j].rmse_transport[0] = 1.0 - costs.cost[j].rmse_transport[0];
         }
         make(&first.scene);
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, scene_check_use(&first.scene, why));
         TEST_ASSERT_EQUAL_HEX32(first.run, plan.run);
         TEST_ASSERT_EQUAL_INT(first.table, plan.table);
         TEST_ASSERT_EQUAL_INT(first.scene.by, plan.scene.by);

@@ -109,6 +109,36 @@ static void test_ranges(void)
     refused(&s, "holds Bm", "hold it at one value");
 }
 
+static void unused(const struct scene *s, const char *member, const char *remedy)
+{
+    char why[SCENE_WHY_SIZE] = "";
+    accepted(s);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_RANGE, scene_check_use(s, why), member);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(why, member), why);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(why, remedy), why);
+}
+
+static void test_what_nothing_uses(void)
+{
+    struct scene s = wanting(SCENE_NEAREST);
+    char why[SCENE_WHY_SIZE] = "";
+    s.observer = OBSERVER_2DEG;
+    unused(&s, "`observer`", "want `lab` or `rgb`");
+    s.wanted |= SCENE_RGB;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, scene_check_use(&s, why));
+    s = wanting(SCENE_NEAREST | SCENE_LAB);
+    s.placement = 0.01;
+    unused(&s, "`placement`", "want `refined` or `coefficients`");
+    s = wanting(SCENE_LAB);
+    s.range[SKIN_CH] = (struct scene_range){ 0.01, 0.02 };
+    unused(&s, "`Ch`", "`nearest` or `refined`");
+    s = wanting(SCENE_REFINED);
+    s.no_dermis = true;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, scene_check_use(&s, why));
+    s.fit = REFINE_SKIN;
+    unused(&s, "dermis as well", "fit three");
+}
+
 static void test_models(void)
 {
     struct scene s = wanting(SCENE_REFINED);
@@ -167,6 +197,7 @@ int main(void)
     RUN_TEST(test_accepted);
     RUN_TEST(test_wanted);
     RUN_TEST(test_ranges);
+    RUN_TEST(test_what_nothing_uses);
     RUN_TEST(test_models);
     RUN_TEST(test_bands_and_noise);
     RUN_TEST(test_limits);

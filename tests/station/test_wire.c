@@ -597,6 +597,22 @@ static void test_record_with_too_much(void)
     cJSON_Delete(object);
 }
 
+/* A scene that was settled before a rule was made is read all the same. */
+static void test_kept_scenes(void)
+{
+    static const char *const texts[] = { "{\"want\":[\"nearest\"],\"noise\":0.003}",
+                                         "{\"want\":[\"refined\"],\"illuminant\":\"A\"}" };
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        char why[SCENE_WHY_SIZE] = "";
+        struct scene scene;
+        cJSON *object = cJSON_Parse(texts[i]);
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, wire_read_kept_scene(object, &scene, why));
+        TEST_ASSERT_EQUAL_INT(STATUS_RANGE, wire_read_scene(object, &scene, why));
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(why, "nothing that is wanted uses"), why);
+        cJSON_Delete(object);
+    }
+}
+
 /* Each allocation of cJSON fails in its turn; nothing leaks (seen under AddressSanitizer). */
 static void test_no_memory(void)
 {
@@ -644,6 +660,7 @@ int main(void)
     RUN_TEST(test_records_that_cannot_be_sent);
     RUN_TEST(test_records_that_are_none);
     RUN_TEST(test_record_with_too_much);
+    RUN_TEST(test_kept_scenes);
     RUN_TEST(test_no_memory);
     RUN_TEST(test_done);
     return UNITY_END();
