@@ -180,7 +180,7 @@ static enum status find_bands_in(struct spectra *s, size_t rows, struct piece *p
     if (status != STATUS_OK)
         return status;
     struct spectra_piece lines = { .piece = *piece, .at = piece->text, .line = piece->line };
-    while (!s->has_bands && (status = spectra_read_line(&lines, &row)) == STATUS_OK) {
+    while (!s->has_bands && spectra_read_line(&lines, &row) == STATUS_OK) {
         if (row.good) {
             s->has_bands = true;
             s->bands.first_nm = row.spectrum.first_nm;

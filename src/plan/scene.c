@@ -216,20 +216,20 @@ enum status scene_check_use(const struct scene *s, char why[SCENE_WHY_SIZE])
                           skins = SCENE_COEFFICIENTS | SCENE_NEAREST | SCENE_REFINED;
     const struct scene usual = scene_empty();
     const struct {
-        bool said;
         const char *name;
         unsigned by;
+        bool said;
     } members[] = {
-        { s->illuminant != usual.illuminant, "illuminant", colours },
-        { s->observer != usual.observer, "observer", colours },
-        { s->model != NULL, "model", skins },
-        { !isnan(s->range[SKIN_CM].lo), "Cm", skins },
-        { !isnan(s->range[SKIN_BM].lo), "Bm", skins },
-        { !isnan(s->range[SKIN_CH].lo), "Ch", skins },
-        { s->start != SCENE_START_ANY, "start", fits },
-        { s->no_dermis, "dermis", fits },
-        { !isnan(s->white), "noise", fits },
-        { !isnan(s->placement), "placement", fits },
+        { "illuminant", colours, s->illuminant != usual.illuminant },
+        { "observer", colours, s->observer != usual.observer },
+        { "model", skins, s->model != NULL },
+        { "Cm", skins, !isnan(s->range[SKIN_CM].lo) },
+        { "Bm", skins, !isnan(s->range[SKIN_BM].lo) },
+        { "Ch", skins, !isnan(s->range[SKIN_CH].lo) },
+        { "start", fits, s->start != SCENE_START_ANY },
+        { "dermis", fits, s->no_dermis },
+        { "noise", fits, !isnan(s->white) },
+        { "placement", fits, !isnan(s->placement) },
     };
     for (size_t i = 0; i < sizeof members / sizeof *members; i++)
         if (members[i].said && (s->wanted & members[i].by) == 0)
