@@ -48,6 +48,19 @@ static struct scene for_record(const struct scene *scene)
     return s;
 }
 
+/* Where it is for the record's sake that a scene cannot be had, that is said before the rest. */
+static void tell_for_record(const struct scene *scene, const struct plan_at_hand *hand,
+                            char why[SCENE_WHY_SIZE])
+{
+    struct plan plan;
+    char rest[SCENE_WHY_SIZE], unused[SCENE_WHY_SIZE];
+    if (plan_make(scene, hand, &plan, unused) != STATUS_OK)
+        return;
+    strcpy(rest, why);
+    snprintf(why, SCENE_WHY_SIZE, "a record needs a way that searches a table: %.*s",
+             SCENE_WHY_SIZE - 64, rest);
+}
+
 /* keep: for a record. */
 static enum status make_plan(struct loaded_table *table, const struct scene *scene, bool keep,
                              double first_nm, double step_nm, size_t bands, struct plan *ret,
@@ -61,6 +74,8 @@ static enum status make_plan(struct loaded_table *table, const struct scene *sce
     struct plan_at_hand hand = { costs, &one, rows != NULL ? 1 : 0, first_nm, step_nm, bands };
     const struct scene kept = keep ? for_record(scene) : *scene;
     enum status s = plan_make(&kept, &hand, ret, why);
+    if (s != STATUS_OK && kept.start != scene->start)
+        tell_for_record(scene, &hand, why);
     if (s != STATUS_OK || !keep || plan_runs(ret, PLAN_SEARCH))
         return s;
     snprintf(why, SCENE_WHY_SIZE,
