@@ -37,14 +37,13 @@ struct survey {
     uint64_t whole;
 };
 
-static enum status look_through(const struct answers *a, uint64_t begin, bool csv,
-                                struct survey *ret)
+static enum status look_through(const struct answers *a, uint64_t begin, struct survey *ret)
 {
     struct cutter cutter;
     enum status s;
     *ret = (struct survey){ .whole = begin };
     cutter_init(&cutter, fileno(a->stream));
-    cutter.records = csv ? CUTTER_CSV : CUTTER_LINES;
+    cutter.records = a->kind == ANSWERS_CSV ? CUTTER_CSV : CUTTER_LINES;
     for (;;) {
         uint64_t from = begin + cutter.offset;
         size_t before = cutter.row;
@@ -95,7 +94,7 @@ static enum status check_begin(const struct answers *a, const struct text *begin
     return s;
 }
 
-static enum status find_place(struct answers *a, const struct text *begin, bool csv)
+static enum status find_place(struct answers *a, const struct text *begin)
 {
     struct stat st;
     struct survey survey;
@@ -107,7 +106,7 @@ static enum status find_place(struct answers *a, const struct text *begin, bool 
         return s;
     if (lseek(fileno(a->stream), (off_t)begin->n, SEEK_SET) < 0)
         return failed(a);
-    s = look_through(a, begin->n, csv, &survey);
+    s = look_through(a, begin->n, &survey);
     if (s != STATUS_OK)
         return s;
     a->whole = survey.whole;
@@ -121,9 +120,18 @@ static enum status find_place(struct answers *a, const struct text *begin, bool 
 
 /* ---- the file ----------------------------------------------------------------------- */
 
+static enum status open_array(struct answers *a, enum answers_mode mode)
+{
+    enum status s = new_file_begin(a->path, mode == ANSWERS_REPLACE, &a->file);
+    a->stream = s == STATUS_OK ? a->file.stream : NULL;
+    return s;
+}
+
 static enum status open_file(struct answers *a, enum answers_mode mode)
 {
     struct stat st;
+    if (a->kind == ANSWERS_ARRAY)
+        return open_array(a, mode);
     int flags = O_RDWR | O_CREAT | O_CLOEXEC | (mode == ANSWERS_NEW ? O_EXCL : 0);
     if (stat(a->path, &st) == 0 && !S_ISREG(st.st_mode)) {
         log_error("%s is no regular file; without --out the answers go to standard output",
@@ -147,6 +155,8 @@ static enum status open_file(struct answers *a, enum answers_mode mode)
 /* Behind the rows that are there. */
 static enum status cut_off(struct answers *a)
 {
+    if (a->kind == ANSWERS_ARRAY) /* in a file of its own */
+        return STATUS_OK;
     if (ftruncate(fileno(a->stream), (off_t)a->whole) != 0 ||
         lseek(fileno(a->stream), (off_t)a->whole, SEEK_SET) < 0)
         return failed(a);
@@ -157,28 +167,40 @@ static enum status write_bytes(struct answers *a, const char *bytes, size_t n)
 {
     if (fwrite(bytes, 1, n, a->stream) == n && fflush(a->stream) == 0)
         return STATUS_OK;
-    if (a->path != NULL)
+    if (a->path == NULL)
+        out_exit(false); /* says so */
+    else if (a->kind == ANSWERS_ARRAY)
         return failed(a);
-    out_exit(false); /* says so */
+    else
+        log_error("cannot write %s: %s; the rows in it stay, and when this is mended, %s the same "
+                  "command goes on",
+                  a->path, strerror(errno), answers_how_to_go_on(a->mode));
     return STATUS_IO;
 }
 
-enum status answers_open(const char *path, enum answers_mode mode, const struct text *begin,
-                         bool csv, struct answers *ret)
+const char *answers_how_to_go_on(enum answers_mode mode)
 {
-    struct answers a = { .path = path, .stream = path == NULL ? stdout : NULL };
+    return mode == ANSWERS_REPLACE ? "with --resume in place of --force" : "with --resume";
+}
+
+enum status answers_open(const char *path, enum answers_mode mode, const struct text *begin,
+                         enum answers_kind kind, struct answers *ret)
+{
+    struct answers a = {
+        .path = path, .mode = mode, .kind = kind, .stream = path == NULL ? stdout : NULL
+    };
     enum status s = STATUS_OK;
     if (path != NULL)
         s = open_file(&a, mode);
     if (s == STATUS_OK && path != NULL && mode == ANSWERS_RESUME)
-        s = find_place(&a, begin, csv);
+        s = find_place(&a, begin);
     if (s == STATUS_OK && path != NULL && a.again.n == 0)
         s = cut_off(&a);
     if (s == STATUS_OK && a.whole == 0 && begin->n > 0)
         s = write_bytes(&a, begin->bytes, begin->n);
     *ret = a;
     if (s != STATUS_OK)
-        answers_close(ret, false);
+        answers_close(ret, false, false);
     return s;
 }
 
@@ -200,17 +222,19 @@ enum status answers_write(struct answers *a, const struct text *text)
     return write_bytes(a, text->bytes + n, text->n - n);
 }
 
-enum status answers_close(struct answers *a, bool all)
+enum status answers_close(struct answers *a, bool ended, bool whole)
 {
     enum status s = STATUS_OK;
-    if (all && a->same < a->again.n) {
+    if (ended && a->same < a->again.n) {
         log_error("%s has more rows than the input; it belongs to another", a->path);
         s = STATUS_FORMAT;
     }
     text_done(&a->again);
     if (a->path == NULL)
         return out_exit(true) == 0 ? s : STATUS_IO;
-    if (a->stream != NULL && fclose(a->stream) != 0 && s == STATUS_OK)
+    if (a->stream != NULL && a->kind == ANSWERS_ARRAY)
+        s = new_file_end(&a->file, whole);
+    else if (a->stream != NULL && fclose(a->stream) != 0 && s == STATUS_OK)
         s = failed(a);
     a->stream = NULL;
     return s;

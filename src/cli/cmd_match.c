@@ -60,7 +60,8 @@ static const struct argp_option options[] = {
       "Answer the I-th of N parts of FILE; the parts' outputs, one after the other, are that of "
       "all",
       0 },
-    { "out", OPTION_OUT, "ANSWERS", 0, "Write to this file; what is done stays there", 0 },
+    { "out", OPTION_OUT, "ANSWERS", 0,
+      "Write to this file; what is done stays there (--json: all or nothing)", 0 },
     { "resume", OPTION_RESUME, NULL, 0, "Go on where a run with --out was stopped", 0 },
     { "force", OPTION_FORCE, NULL, 0, "Replace the file of --out", 0 },
     { "threads", OPTION_THREADS, "N", 0, "Threads (all cores); the answers are the same", 0 },
@@ -352,7 +353,9 @@ int cmd_match(int argc, char **argv)
         "what to make of it.\n\n"
         "All cores work on the rows, whose order stays; memory does not grow with FILE.  A run "
         "with "
-        "--out that was stopped goes on with --resume, to the same bytes; docs/scale.md tells how "
+        "--out that was stopped goes on with --resume, to the same bytes (not with --json: an "
+        "array appears when it is "
+        "whole); docs/scale.md tells how "
         "to share a FILE among processes and machines.\n\n"
         "With --scene no more is computed than the scene wants, by the cheapest way that meets "
         "its error bound or time budget; `plan` in an answer says what ran, what was left out and "

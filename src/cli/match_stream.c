@@ -35,6 +35,8 @@ struct stream {
     struct answers answers;
     size_t given; /* rows */
     bool all_good, unstated, not_written;
+    bool bad_one; /* that it was to stop at */
+    bool whole;   /* all that was to be answered is, and stands where it was to go */
     struct stop stop;
     int enough; /* readable: nothing more will be given */
     struct progress progress;
@@ -79,6 +81,7 @@ static enum status give(void *context, size_t slot)
     s->given += printed->rows;
     s->all_good = s->all_good && !printed->bad;
     s->unstated = s->unstated || printed->unstated;
+    s->bad_one = printed->status == STATUS_CANCELLED;
     tell(&printed->messages);
     s->not_written = written != STATUS_OK;
     if (s->not_written)
@@ -124,10 +127,13 @@ static void close_scratches(struct stream *s, unsigned threads)
 
 static enum status open_answers(struct stream *s)
 {
+    static const enum answers_kind kinds[] = {
+        [OUT_PLAIN] = ANSWERS_CSV, [OUT_JSON] = ANSWERS_ARRAY, [OUT_NDJSON] = ANSWERS_LINES
+    };
     const struct match_stream_options *o = s->options;
     struct text begin = { 0 };
     match_rows_begin(s->rows, o->header, &begin);
-    enum status status = answers_open(o->out, o->mode, &begin, s->format == OUT_PLAIN, &s->answers);
+    enum status status = answers_open(o->out, o->mode, &begin, kinds[s->format], &s->answers);
     text_done(&begin);
     return status;
 }
@@ -136,11 +142,21 @@ static enum status open_answers(struct stream *s)
 static void tell_where(const struct stream *s)
 {
     size_t rows = s->answers.rows_before + s->given;
-    if (rows > 0 && s->options->out != NULL)
-        log_error("stopped after %zu rows, which are whole in %s; with --resume the same command "
-                  "goes on",
-                  rows, s->options->out);
-    else if (rows > 0)
+    const char *out = s->options->out;
+    if (rows == 0 || s->whole)
+        return;
+    if (s->format == OUT_JSON && out != NULL)
+        log_error("stopped after %zu rows; an array is whole or not at all, so they are not in %s; "
+                  "--ndjson in place of --json can be gone on with",
+                  rows, out);
+    else if (s->format == OUT_JSON)
+        log_error("stopped after %zu rows; the array has no end; --ndjson in place of --json can "
+                  "be gone on with",
+                  rows);
+    else if (out != NULL)
+        log_error("stopped after %zu rows, which are whole in %s; %s the same command goes on",
+                  rows, out, answers_how_to_go_on(s->options->mode));
+    else
         log_error("stopped after %zu rows; if they went to a file, the same command with --out "
                   "FILE --resume goes on",
                   rows);
@@ -161,13 +177,14 @@ static void run(struct stream *s)
         status = flow_run(&flow, s->options->threads);
     if (with_bar)
         progress_bar_end(&bar);
+    /* An array that ends says that all is in it. */
+    s->whole = (status == STATUS_NOT_FOUND || s->bad_one) && !s->not_written;
     match_rows_end(s->rows, s->given, &end);
-    if (!s->not_written && end.n > 0)
-        s->not_written = answers_write(&s->answers, &end) != STATUS_OK;
+    if (s->whole && end.n > 0)
+        s->whole = answers_write(&s->answers, &end) == STATUS_OK;
     text_done(&end);
-    s->all_good = s->all_good && status == STATUS_NOT_FOUND && !s->not_written;
-    if (answers_close(&s->answers, status == STATUS_NOT_FOUND) != STATUS_OK)
-        s->all_good = false;
+    enum status closed = answers_close(&s->answers, status == STATUS_NOT_FOUND, s->whole);
+    s->whole = s->whole && closed == STATUS_OK;
 }
 
 static int begin_and_run(struct stream *s)
@@ -184,7 +201,7 @@ static int begin_and_run(struct stream *s)
     }
     if (s->unstated)
         return EXIT_USAGE;
-    return s->all_good ? EXIT_SUCCESS : EXIT_FAILURE;
+    return s->all_good && s->whole ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
 int match_stream(struct match_rows *rows, struct spectra *spectra, enum out_format format,

@@ -4,6 +4,7 @@ import json
 import os
 import random
 import re
+import resource
 import shutil
 import signal
 import subprocess
@@ -519,18 +520,28 @@ class Stopped(Stream):
         ) as child:  # fmt: skip
             child.stdin.write(text + b"s200,half of a r")
             child.stdin.flush()
+            last = b'"s199"' if set(options) & {"--json", "--ndjson"} else b"\ns199,"
             until = time.monotonic() + 30
-            last = b'"s199",' if "--ndjson" in options else b"\ns199,"
             while "--out" in options and time.monotonic() < until:
                 time.sleep(0.02)
-                if os.path.exists(self.out) and self.there().count(last) == 1:
+                if any(last in content for content in self.beside().values()):
                     break
-            if "--out" not in options:
-                while not child.stdout.readline().startswith(b"s199,"):
-                    pass
+            self.said = b""
+            while "--out" not in options and last not in self.said:
+                self.said += os.read(child.stdout.fileno(), 65536)
             child.send_signal(number)
+            self.said += child.stdout.read()
             self.assertEqual(child.wait(TIMEOUT_S), -number)
             return child.stderr.read().decode()
+
+    def beside(self):
+        """What stands in the folder of --out, hidden files too."""
+        folder = os.path.dirname(self.out)
+        content = {}
+        for name in os.listdir(folder):
+            with open(os.path.join(folder, name), "rb") as f:
+                content[name] = f.read()
+        return content
 
     def test_by_a_signal(self):
         whole = run("match", self.path, "--table", self.table).out_bytes
@@ -546,6 +557,87 @@ class Stopped(Stream):
             self.assertEqual(self.there(), whole)
             os.unlink(self.out)
         self.assertIn("stopped after 200 rows; if they went to a file", self.stopped())
+
+    def test_how_to_go_on_is_what_goes_on(self):
+        """After --force too, which does not go with --resume."""
+        whole = run("match", self.path, "--table", self.table).out_bytes
+        self.put(b"an old one")
+        said = self.stopped("--out", self.out, "--force")
+        self.assertIn("with --resume in place of --force the same command goes on", said)
+        self.resume()
+        self.assertEqual(self.there(), whole)
+
+    def test_an_array_is_whole_or_not_at_all(self):
+        """Nothing under its name, nothing beside it, no ']' and no word of --resume."""
+        whole = run("match", self.path, "--table", self.table, "--json").out_bytes
+        for there, how in ((None, ()), (b"what was there", ("--force",))):
+            if there is not None:
+                self.put(there)
+            for number in (signal.SIGINT, signal.SIGTERM):
+                said = self.stopped("--out", self.out, "--json", *how, number=number)
+                self.assertIn(f"stopped after 200 rows; an array is whole or not at all, so they "
+                              f"are not in {self.out}; --ndjson in place", said)  # fmt: skip
+                self.assertNotIn("--resume", said)
+                left = {} if there is None else {os.path.basename(self.out): there}
+                self.assertEqual(self.beside(), left)
+        said = self.stopped("--json")
+        self.assertIn("stopped after 200 rows; the array has no end", said)
+        self.assertNotIn("--resume", said)
+        self.assertEqual(self.said, whole[: whole.index(b',\n{"id":"s200"')])
+        options = ("match", self.path, "--table", self.table, "--json", "--out", self.out)
+        self.refused(1, *options, says=("exists already", "--force"))
+        self.run_ok(*options, "--force")
+        self.assertEqual(self.beside(), {os.path.basename(self.out): whole})
+
+    def test_an_input_that_breaks_off_makes_no_array(self):
+        """An open quote, in the middle: 400 answers are no answer to 900 rows."""
+        before, after = csv_text(self.spectra).split("\ns400,")
+        broken = before + '\ns400,"' + after.replace('"', "")
+        options = ("match", self.file(broken), "--table", self.table, "--json")
+        done = self.refused(1, *options, says="quote")
+        self.assertEqual(done.out.count('"id"'), 400)
+        with self.assertRaises(ValueError):
+            json.loads(done.out)
+        self.refused(1, *options, "--out", self.out, says="quote")
+        self.assertEqual(self.beside(), {})
+
+    def test_strict_array_ends_with_the_bad_row(self):
+        """Up to there is what was asked for."""
+        spectra = [*self.spectra[:7], [-0.1] * 31, *self.spectra[7:20]]
+        options = ("match", self.file(csv_text(spectra)), "--table", self.table, "--json",
+                   "--strict", "--out", self.out)  # fmt: skip
+        self.refused(1, *options, says="negative")
+        answers = json.loads(self.there())
+        self.assertEqual([x["id"] for x in answers], [f"s{i}" for i in range(8)])
+        self.assertIn("error", answers[-1])
+
+    def test_a_full_disk(self):
+        """A file size that is not enough: what to do is said, and does it."""
+        whole = run("match", self.path, "--table", self.table).out_bytes
+
+        def limit():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (len(whole) // 2, len(whole) // 2))
+
+        def limited(*options):
+            done = subprocess.run(
+                [SKINSPEC, "match", self.path, "--table", self.table, "--out", self.out, *options],
+                stderr=subprocess.PIPE, env=environment(), check=False, timeout=TIMEOUT_S,
+                preexec_fn=limit,
+            )  # fmt: skip
+            self.assertEqual(done.returncode, 1)
+            return done.stderr.decode()
+
+        for options, how in (((), ""), (("--force",), " in place of --force"), (("--resume",), "")):
+            said = limited(*options)
+            self.assertIn(f"cannot write {self.out}: File too large; the rows in it stay", said)
+            self.assertIn(f" with --resume{how} the same command goes on\n", said)
+            self.assertEqual(self.there(), whole[: len(whole) // 2])
+        self.resume()
+        self.assertEqual(self.there(), whole)
+        os.unlink(self.out)
+        self.assertNotIn("--resume", limited("--json"))
+        self.assertEqual(self.beside(), {})
 
     def test_scene_by_a_signal(self):
         """No line has anything of the clock in it: the end of a run that was stopped, twice, is that
