@@ -279,7 +279,7 @@ int cmd_bench(int argc, char **argv)
         "  skinspec bench --quick --json\n"
         "  skinspec bench --out all.csv --svg error-vs-time.svg --markdown error-vs-time.md\n"
         "  skinspec bench --quick --calibrate\n\n"
-        "All of it takes minutes and 1.5 GB, --quick some seconds and 60 MB. Files appear when "
+        "All of it takes minutes and 1.5 GB, --quick half a minute and 60 MB. Files appear when "
         "they "
         "are complete; nothing is left behind by Ctrl-C or an error.\n",
         NULL,

@@ -361,6 +361,8 @@ int cmd_match(int argc, char **argv)
         "its error bound or time budget; `plan` in an answer says what ran, what was left out and "
         "why.  It is planned once, for the bands of FILE; of NDJSON for those of its first good "
         "line, and lines of other bands are bad rows.\n\n"
+        "Exit status: 0 all rows are answered, 1 some are bad (each has its place, with an error) "
+        "or the run failed, 2 usage.\n\n"
         "Examples:\n"
         "  skinspec match docs/examples/skin.csv --k 3\n"
         "  skinspec match docs/examples/skin.csv --json --scene docs/examples/want.json\n"

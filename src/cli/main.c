@@ -20,7 +20,7 @@ static const struct command {
 } commands[] = {
     { "demo", "[FILE]", "one reading, one answer, for a person", cmd_demo },
     { "convert", "FILE", "spectra -> XYZ, L*a*b*, LCh, sRGB, ITA", cmd_convert },
-    { "match", "FILE --table T", "spectra -> Cm, Bm, Ch", cmd_match },
+    { "match", "FILE [--table T]", "spectra -> Cm, Bm, Ch", cmd_match },
     { "map", "CUBE.hdr", "a hyperspectral cube -> maps of Cm, Bm, Ch", cmd_map },
     { "table", "build|info|verify", "make, describe and check precomputed tables", cmd_table },
     { "reflectance", "--model M --cm X --bm X --ch X", "a skin -> its spectrum", cmd_reflectance },

@@ -185,7 +185,7 @@ const char match_rows_tell_specular[] =
     "--specular sci --surface S (skin: about 0.04), or add a column 'specular'";
 
 /* Make the row SCE, or refuse it. */
-static void settle_specular(const struct match_rows *rows, struct spectra_row *row, bool *unstated)
+static void settle_specular(const struct match_rows *rows, struct spectra_row *row)
 {
     const struct match_wish *wish = &rows->wish;
     struct spectrum *s = &row->spectrum;
@@ -198,19 +198,16 @@ static void settle_specular(const struct match_rows *rows, struct spectra_row *r
                        specular_name(wish->specular));
     if (!row->good || s->specular == SPECULAR_SCE)
         return;
-    if (s->specular == SPECULAR_UNKNOWN) {
+    if (s->specular == SPECULAR_UNKNOWN)
         spectra_refuse(rows->spectra, row, SPECTRA_AT_SPECULAR, "%s", match_rows_tell_specular);
-        *unstated = true;
-    } else if (isnan(wish->surface)) {
+    else if (isnan(wish->surface))
         spectra_refuse(rows->spectra, row, SPECTRA_AT_SPECULAR,
                        "specular is sci: these values include the mirror reflection; say --surface "
                        "S, the part to take off (skin: about 0.04)");
-        *unstated = true;
-    } else if (spectrum_remove_surface(s, wish->surface, &band) != STATUS_OK) {
+    else if (spectrum_remove_surface(s, wish->surface, &band) != STATUS_OK)
         spectra_refuse(rows->spectra, row, (int)band,
                        "at %g nm the reflectance %g is less than the surface %g to take off",
                        spectrum_nm(s, band), s->value[band], wish->surface);
-    }
 }
 
 /* The fit for the row's bands: as a rule the last one. */
@@ -315,7 +312,7 @@ static void print_row(struct match_rows *rows, struct match_scratch *scratch, st
     struct spectra_row *row = &scratch->row;
     const char *why;
     if (row->good)
-        settle_specular(rows, row, &ret->unstated);
+        settle_specular(rows, row);
     if (row->good && has_planned_bands(rows, row)) {
         enum status s = answer(rows, scratch, &why);
         if (s != STATUS_OK)
@@ -357,7 +354,7 @@ void match_rows_print(struct match_rows *rows, struct spectra_piece *piece, size
     struct spectra_row *row = &scratch->row;
     enum status s = STATUS_OK;
     ret->text.n = ret->messages.n = ret->rows = 0;
-    ret->bad = ret->unstated = false;
+    ret->bad = false;
     out_begin_part(&out, rows->wish.format, objects, &ret->text);
     row->quiet = true;
     while (s == STATUS_OK) {

@@ -53,7 +53,6 @@ struct match_printed {
     enum status status; /* STATUS_OK; STATUS_CANCELLED after the first bad row, where that is to be
                          * so; else why no more can be read */
     bool bad;           /* some row is */
-    bool unstated;      /* SCI without a surface, or neither said: a matter of usage */
 };
 void match_printed_done(struct match_printed *printed);
 

@@ -34,7 +34,7 @@ struct stream {
     struct match_scratch *scratch[PARALLEL_MAX_THREADS];
     struct answers answers;
     size_t given; /* rows */
-    bool all_good, unstated, not_written;
+    bool all_good, not_written;
     bool bad_one; /* that it was to stop at */
     bool whole;   /* all that was to be answered is, and stands where it was to go */
     struct stop stop;
@@ -80,7 +80,6 @@ static enum status give(void *context, size_t slot)
     enum status written = answers_write(&s->answers, &printed->text);
     s->given += printed->rows;
     s->all_good = s->all_good && !printed->bad;
-    s->unstated = s->unstated || printed->unstated;
     s->bad_one = printed->status == STATUS_CANCELLED;
     tell(&printed->messages);
     s->not_written = written != STATUS_OK;
@@ -199,8 +198,6 @@ static int begin_and_run(struct stream *s)
         stop_take(&s->stop);
         tell_where(s);
     }
-    if (s->unstated)
-        return EXIT_USAGE;
     return s->all_good && s->whole ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 

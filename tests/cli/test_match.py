@@ -327,14 +327,41 @@ class Specular(Case):
         text = spectra_csv(rows, before=("id", "specular"))
         done = run("match", "-", "--table", self.table, "--ndjson", stdin=text)
         answers = done.ndjson()
-        self.assertEqual(done.status, 2)
+        self.assertEqual(done.status, 1)
         self.assertEqual(len(answers), 600)
         self.assertEqual([x["id"] for x in answers if "error" in x], ["q3"])
+
+    def test_a_bad_row_is_status_1_whatever_is_wrong_with_it(self):
+        """2 is for how the program was called; of CSV and NDJSON, first, last and only row."""
+        good = ["sce", *["0.3"] * 31]
+        bad = (
+            ["", *["0.3"] * 31],
+            ["sci", *["0.3"] * 31],
+            ["both", *["0.3"] * 31],
+            ["sce", "-0.1", *["0.3"] * 30],
+            ["sce", "x", *["0.3"] * 30],
+            ["sce", "", *["0.3"] * 30],
+            ["sce", *["30"] * 31],
+            ["sce", *["0.3"] * 30],
+            ["sce", *["0.3"] * 32],
+        )
+        header = ",".join(["specular", *map(str, range(400, 701, 10))])
+        scene = self.file('{"want": ["nearest"], "by": "lab"}', "scene.json")
+        for row in bad:
+            for rows in ([row, good], [good, row], [row], [row] * 300):
+                text = "\n".join([header, *map(",".join, rows)]) + "\n"
+                for options in ((), ("--refine",), ("--ndjson", "--scene", scene)):
+                    with self.subTest(row=row[:2], rows=len(rows), options=options):
+                        done = run("match", "-", "--table", self.table, *options, stdin=text)
+                        self.assertEqual(done.status, 1, done.err)
+                        lines = done.ndjson() if "--ndjson" in options else done.rows()
+                        told = [bool(x.get("error")) for x in lines]
+                        self.assertEqual(told, [x is row for x in rows])
 
     def test_unstated_in_a_row_is_refused(self):
         text = spectra_csv([(("a", ""), [0.3] * 31)], before=("id", "specular"))
         says = ("<stdin>:2", "--specular sce")
-        self.refused(2, "match", "-", "--table", self.table, stdin=text, says=says)
+        self.refused(1, "match", "-", "--table", self.table, stdin=text, says=says)
         self.assertEqual(len(self.match(text, "--specular", "sce")), 1)
 
     def test_included_needs_the_surface(self):
@@ -342,7 +369,7 @@ class Specular(Case):
         self.refused(2, "match", "-", "--specular", "sci", stdin=text, says="--surface S")
         text = spectra_csv([(("a", "sci"), [0.3] * 31)], before=("id", "specular"))
         says = ("<stdin>:2", "--surface S")
-        self.refused(2, "match", "-", "--table", self.table, stdin=text, says=says)
+        self.refused(1, "match", "-", "--table", self.table, stdin=text, says=says)
 
     def test_surface_is_taken_off(self):
         spread = random.Random(12)
