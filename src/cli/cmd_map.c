@@ -106,6 +106,8 @@ static void check_arguments(struct argp_state *state, const struct arguments *a)
 {
     if (a->path == NULL)
         argp_error(state, "which CUBE.hdr?");
+    if (a->resume && a->force)
+        argp_error(state, "--resume keeps what --force replaces; give one of them");
     if (a->specular == SPECULAR_UNKNOWN)
         argp_error(state, "it is not said whether the mirror reflection is in this cube: say "
                           "--specular sce, or --specular sci --surface S (skin: about 0.04)");
@@ -291,8 +293,8 @@ static enum status fill(const struct arguments *a, struct map_file *file, struct
     else if (bar.terminal && bar.shown > 0.0)
         fputc('\n', stderr);
     if (s == STATUS_CANCELLED || (s != STATUS_OK && file->done > 0))
-        log_info("%s has %zu of %zu lines; the same command with --resume goes on from there",
-                 file->part, file->done, file->lines);
+        log_info("%s has %zu of %zu lines; the same command with --resume%s goes on from there",
+                 file->part, file->done, file->lines, a->force ? " in place of --force" : "");
     map_file_close(file);
     progress_bar_end(&bar); /* a signal that came takes its course */
     return s;

@@ -16,6 +16,7 @@
 #include "cli/new_file.h"
 
 static const char notice[] = "A map that was stopped; run the same command with --resume.\n";
+static const char replaces[] = "replaces a map: yes\n";
 static const char lines_done[] = "lines done: ";
 enum { NOTE_MOST = 1 << 16 };
 
@@ -46,7 +47,8 @@ enum status map_file_note(const struct map_file *f, size_t done)
     enum status s = new_file_begin(f->resume, true, &note);
     if (s != STATUS_OK)
         return s;
-    fprintf(note.stream, "%s%s%s%zu\n", notice, f->key, lines_done, done);
+    fprintf(note.stream, "%s%s%s%s%zu\n", notice, f->key, f->replace ? replaces : "", lines_done,
+            done);
     return new_file_end(&note, true);
 }
 
@@ -79,6 +81,11 @@ static enum status take_note(struct map_file *f, char *text)
         return no_note(f);
     char *was = text + sizeof notice - 1;
     *lines = *end = '\0';
+    size_t n = strlen(was), tail = sizeof replaces - 1;
+    if (n >= tail && strcmp(was + n - tail, replaces) == 0) {
+        was[n - tail] = '\0';
+        f->replace = true;
+    }
     if (strcmp(was, f->key) != 0) /* of another shape, perhaps: before its lines */
         return other_key(f, f->part, was);
     if (number_parse_count(lines + sizeof lines_done - 1, f->lines, &done) != STATUS_OK)
@@ -153,16 +160,20 @@ static bool is_whole(const struct map_file *f)
     return is_there(f->image) && is_there(f->header) && !is_there(f->part);
 }
 
+static enum status exists(const char *there)
+{
+    log_error("%s exists already; --force replaces it, --out NAME makes another", there);
+    return STATUS_EXISTS;
+}
+
 static enum status look(const struct map_file *f)
 {
     bool begun = is_there(f->part);
-    const char *there = is_there(f->image) ? f->image : NULL;
-    if (there == NULL && is_there(f->header) && !(begun && f->go_on)) /* else of its last moment */
-        there = f->header;
-    if (there != NULL && !f->replace) {
-        log_error("%s exists already; --force replaces it, --out NAME makes another", there);
-        return STATUS_EXISTS;
-    }
+    const char *there = is_there(f->image) ? f->image : is_there(f->header) ? f->header : NULL;
+    /* What is gone on with: its note says whether it replaces a map; its header may be there
+     * since its last moment. */
+    if (there != NULL && !f->replace && !(begun && f->go_on))
+        return exists(there);
     if (begun && !f->go_on && !f->replace) {
         log_error("%s: a run was stopped here; --resume goes on with it, --force begins anew",
                   f->part);
@@ -221,6 +232,8 @@ enum status map_file_open(const char *prefix, struct map_file *f)
         s = read_key(f, f->resume, take_note);
         if (s == STATUS_OK && (fstat(f->fd, &there) != 0 || (uint64_t)there.st_size != size_of(f)))
             s = no_note(f);
+        if (s == STATUS_OK && !f->replace && is_there(f->image))
+            s = exists(f->image);
     }
     if (s != STATUS_OK)
         map_file_close(f);

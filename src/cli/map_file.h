@@ -2,7 +2,8 @@
  *
  *   PREFIX.img, .hdr      the map, once it is whole; the header tells the key as remarks
  *   PREFIX.img.part       the map while it is made, at its full size from the beginning
- *   PREFIX.img.resume     what it is made of (the key), and how many lines are in it
+ *   PREFIX.img.resume     what it is made of (the key), how many lines are in it, and whether it
+ *                         replaces a map
  * The key is text, lines "name: value\n", of all that decides a pixel; a run goes on only where it
  * is the same. */
 #ifndef SKINSPEC_CLI_MAP_FILE_H

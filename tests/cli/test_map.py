@@ -301,9 +301,10 @@ class Stopped(MapCase):
                     file.write(line)
         return os.path.join(folder, "cube.hdr")
 
-    def stop(self, cube, how, wait):
+    def stop(self, cube, how, wait, *options):
         """Begin a map and stop it; what it said, and its status."""
-        process = start("map", cube, *SCE, "--refine=skin", "--threads", "2", stderr=-1, stdout=-1)
+        process = start("map", cube, *SCE, "--refine=skin", "--threads", "2", *options, stderr=-1,
+                        stdout=-1)  # fmt: skip
         part = cube[:-4] + "-map.img.part"
         until = time.monotonic() + 60
         while not os.path.exists(part) and time.monotonic() < until:
@@ -347,6 +348,35 @@ class Stopped(MapCase):
         self.assertIn("cube-map.img is whole already", again.err)
         self.assertEqual(os.stat(prefix + ".img"), before)
         self.refused(1, "map", cube, *SCE, "--resume", says=["'refine: skin'", "'refine: three'"])
+
+    def test_a_map_that_replaces_another_goes_on(self):
+        """--force of a run that was stopped holds for the one that goes on; a map that came
+        meanwhile is not replaced."""
+        cube = self.big()
+        prefix = cube[:-4] + "-map"
+        with open(prefix + ".img", "wb") as file:
+            file.write(b"an old map")
+        self.refused(2, "map", cube, *SCE, "--resume", "--force", says="give one of them")
+        status, err = self.stop(cube, signal.SIGTERM, 0.5, "--force")
+        self.assertEqual(status, -signal.SIGTERM, err)
+        self.assertIn("with --resume in place of --force goes on from there", err)
+        with open(prefix + ".img", "rb") as file:
+            self.assertEqual(file.read(), b"an old map")
+        status, err = self.stop_resumed(cube, signal.SIGTERM)
+        self.assertIn("with --resume goes on from there", err)
+        told = self.run_ok("map", cube, *SCE, "--refine=skin", "--resume", "--json").json()
+        self.assertLess(told["lines_done"], LINES)
+        whole = os.path.join(self.folder(), "whole")
+        self.run_ok("map", cube, *SCE, "--refine=skin", "--out", whole)
+        self.assertEqual(sha(prefix + ".img"), sha(whole + ".img"))
+        for name in names(os.path.dirname(cube), "cube-map"):
+            os.unlink(os.path.join(os.path.dirname(cube), name))
+        self.stop(cube, signal.SIGTERM, 0.5)
+        with open(prefix + ".img", "wb") as file:
+            file.write(b"another map")
+        self.refused(1, "map", cube, *SCE, "--refine=skin", "--resume", says="exists already")
+        with open(prefix + ".img", "rb") as file:
+            self.assertEqual(file.read(), b"another map")
 
     def stop_resumed(self, cube, how):
         process = start("map", cube, *SCE, "--refine=skin", "--resume", "--threads", "2", stderr=-1,
