@@ -46,6 +46,20 @@ static enum status read_text(const char *path, char *text)
     return s;
 }
 
+bool costs_file_is_one(const char *path)
+{
+    static struct costs costs;
+    char *text = calloc(1, BYTES_MAX + 1);
+    FILE *f = text != NULL ? fopen(path, "r") : NULL;
+    size_t n = f != NULL ? fread(text, 1, BYTES_MAX + 1, f) : 0, line;
+    bool good = f != NULL && !ferror(f) && n <= BYTES_MAX && strlen(text) == n &&
+                (n == 0 || costs_parse(text, &costs, &line) == STATUS_OK);
+    if (f != NULL)
+        fclose(f);
+    free(text);
+    return good;
+}
+
 static size_t lines_of(const char *text)
 {
     size_t n = 0;

@@ -3,6 +3,8 @@
 #ifndef SKINSPEC_DB_COSTS_FILE_H
 #define SKINSPEC_DB_COSTS_FILE_H
 
+#include <stdbool.h>
+
 #include "base/status.h"
 #include "plan/costs.h"
 
@@ -17,5 +19,8 @@ enum status costs_file_path(char ret[COSTS_PATH_SIZE]);
  * logged with file and line.  A file that does not say how many costs it has may have been cut
  * short: STATUS_FORMAT.  *ret is touched with STATUS_OK alone. */
 enum status costs_file_read(const char *path, struct costs *ret);
+
+/* Whether a file is of costs, or empty; silent. */
+bool costs_file_is_one(const char *path);
 
 #endif

@@ -9,6 +9,7 @@
 #include "base/parallel.h"
 #include "cli/trial_out.h"
 #include "cli/command.h"
+#include "cli/inputs.h"
 #include "cli/machine.h"
 #include "cli/new_file.h"
 #include "cli/options.h"
@@ -75,7 +76,7 @@ static void finish(struct argp_state *state, struct arguments *a)
     }
     for (size_t i = 0; i < FILES; i++)
         for (size_t k = 0; k < i; k++)
-            if (a->path[i] != NULL && a->path[k] != NULL && strcmp(a->path[i], a->path[k]) == 0)
+            if (a->path[i] != NULL && a->path[k] != NULL && inputs_same(a->path[i], a->path[k]))
                 argp_error(state, "'%s' cannot be two files", a->path[i]);
     if (a->trial.skins == 0)
         a->trial.skins = a->trial.quick ? TRIAL_SKINS_QUICK : TRIAL_SKINS;
@@ -152,13 +153,20 @@ static enum status make_folders(const char *path)
     return STATUS_OK;
 }
 
+/* Costs are made anew without a word, but not in place of what is none. */
+static bool may_replace(const struct arguments *a, size_t i)
+{
+    return a->force ||
+           (i == FILE_COSTS && (a->path[i] == a->costs || costs_file_is_one(a->path[i])));
+}
+
 /* All are begun before anything is measured: what cannot be written is told at once. */
 static enum status begin_files(const struct arguments *a, struct new_file file[FILES])
 {
     enum status s = a->path[FILE_COSTS] == a->costs ? make_folders(a->costs) : STATUS_OK;
     for (size_t i = 0; i < FILES && s == STATUS_OK; i++)
         if (a->path[i] != NULL)
-            s = new_file_begin(a->path[i], a->force || i == FILE_COSTS, &file[i]);
+            s = new_file_begin(a->path[i], may_replace(a, i), &file[i]);
     return s;
 }
 

@@ -382,6 +382,16 @@ class Small(Case):
             (["more"], "'more'"),
         ):
             self.refused(2, "bench", *arguments, says=says)
+        # One file by two names: links to what is there, two ways to a place where nothing is.
+        folder = os.path.dirname(there)
+        os.symlink("there.csv", f"{folder}/soft")
+        os.link(there, f"{folder}/hard")
+        for other in (f"{folder}/soft", f"{folder}/hard", f"{folder}/./there.csv"):
+            self.refused(2, "bench", "--out", there, "--svg", other, "--force", says="two files")
+        self.refused(2, "bench", "--out", f"{folder}/a", "--c-source", f"{folder}/../"
+                     + os.path.basename(folder) + "/a", says="two files")  # fmt: skip
+        # Costs are replaced by costs, but nothing else is, unless it is said.
+        self.refused(1, "bench", "--calibrate", "--costs", there, says="--force")
         self.refused(1, "bench", "--out", there, says="--force")
         self.refused(1, "bench", "--out", "/nowhere/at/all.csv", says="/nowhere/at/all.csv")
         with open(there, encoding="utf-8") as f:

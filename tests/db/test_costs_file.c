@@ -90,6 +90,27 @@ static void test_refuses_what_is_none(void)
     TEST_ASSERT_EQUAL_size_t(77, costs.n);
 }
 
+/* What may be made anew, and what is somebody's. */
+static void test_tells_costs_from_other_files(void)
+{
+    static char large[300 * 1024];
+    char *text = NULL, path[FOLDER_PATH_SIZE];
+    size_t size = 0;
+    FILE *stream = open_memstream(&text, &size);
+    costs_print(stream, costs_builtin());
+    fclose(stream);
+    memset(large, '#', sizeof large);
+    TEST_ASSERT_TRUE(costs_file_is_one(file(text, size)));
+    TEST_ASSERT_TRUE(costs_file_is_one(file("", 0)));
+    TEST_ASSERT_FALSE(costs_file_is_one(file("id,400,410\n", 11)));
+    TEST_ASSERT_FALSE(costs_file_is_one(file("# notes\n", 8)));
+    TEST_ASSERT_FALSE(costs_file_is_one(file("\0", 1)));
+    TEST_ASSERT_FALSE(costs_file_is_one(file(large, sizeof large)));
+    TEST_ASSERT_FALSE(costs_file_is_one(folder));
+    TEST_ASSERT_FALSE(costs_file_is_one(folder_path(folder, "none.csv", path)));
+    free(text);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -98,5 +119,6 @@ int main(void)
     RUN_TEST(test_reads_what_was_printed);
     RUN_TEST(test_none_there);
     RUN_TEST(test_refuses_what_is_none);
+    RUN_TEST(test_tells_costs_from_other_files);
     return UNITY_END();
 }
