@@ -348,8 +348,7 @@ static size_t lay_out(const struct kd_tree *tree, bool corners, unsigned first, 
     return floats;
 }
 
-/* All arrays in one block, so that all lie on large pages where they are large together; what
- * searches read most from to what they read least. */
+/* All arrays in one block, so that all lie on large pages where they are large together. */
 static bool lay_out_all(struct kd_tree *tree, size_t frames)
 {
     size_t of_frames = frames * (sizeof *tree->frame / sizeof(float));
@@ -364,9 +363,10 @@ static bool lay_out_all(struct kd_tree *tree, size_t frames)
     tree->block = place;
     tree->large = floats * sizeof *place > KD_NEAR_BYTES;
     if (frames > 0)
-        tree->frame = (struct kd_frame *)place;
+        tree->frame = tree->block;
     lay_out(tree, true, 0, place + of_frames, tree->corner);
-    tree->row = (uint32_t *)(place + of_frames + of_corners);
+    void *rows = place + of_frames + of_corners;
+    tree->row = rows;
     if (of_ends > 0)
         lay_out(tree, false, 1, place + of_frames + of_corners + of_rows, tree->ends);
     return true;

@@ -388,7 +388,7 @@ enum status nearest_find(const struct nearest *nearest, const struct nearest_que
     return answer(&search, query, found);
 }
 
-/* ---- many of them ----------------------------------------------------------------------- */
+/* ---- many of them ------------------------------------------------------------------- */
 
 /* Questions in the order that they have, and the search of each slot that the tree has. */
 struct asking {

@@ -40,7 +40,7 @@ void tearDown(void)
     table_done(&skins);
 }
 
-/* ---- questions -------------------------------------------------------------------------- */
+/* ---- questions ---------------------------------------------------------------------- */
 
 static struct spectrum spectra[MOST];
 static struct nearest_query questions[MOST];
@@ -82,7 +82,7 @@ static void make_question(const struct table *t, size_t number, struct dice *dic
         s->value[(7 * band) % s->n] = NAN;
 }
 
-/* ---- answers ---------------------------------------------------------------------------- */
+/* ---- answers ------------------------------------------------------------------------ */
 
 struct answers {
     struct nearest_hit hits[MOST * MOST_K];
