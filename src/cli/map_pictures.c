@@ -17,7 +17,7 @@
 
 /* Values of a band that are read at a time; a line at least.  And those that all threads together
  * keep: a band for which there is room is read once, not three times. */
-enum { AT_A_TIME = 1 << 16, KEPT_BYTES = 64 << 20 };
+enum { AT_A_TIME = 1 << 16, KEPT_BYTES = 16 << 20 };
 
 /* What a thread works with, band after band. */
 struct worker {

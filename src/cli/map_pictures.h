@@ -30,7 +30,7 @@ void map_pictures_path(const char *prefix, const struct map_fit *fit, size_t ban
                        char path[MAP_PICTURES_PATH_SIZE]);
 
 /* From the map's own values; pictures false: the contents alone.  On so many threads, to the same
- * bytes; they keep 64 MB of the map at most, and a line each.  STATUS_NO_MEMORY; STATUS_IO and
+ * bytes; they keep 16 MB of the map at most, and a line each.  STATUS_NO_MEMORY; STATUS_IO and
  * STATUS_RANGE (a picture too large), logged. */
 enum status map_pictures_make(const struct map_file *file, const struct map_fit *fit, bool pictures,
                               unsigned threads, struct map_contents *contents);
