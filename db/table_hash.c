@@ -52,31 +52,31 @@ void table_content_begin(struct table_content_hash *hash, const struct table_met
     add_text(&hash->sha256, "\n");
 }
 
-enum { ROW_NUMBERS = 10, ROWS_AT_ONCE = 16 };
+enum { COLUMNS = 9, NUMBERS_BYTES = 8 + 8 * COLUMNS, ROWS_AT_ONCE = 16 };
 
 /* How many bytes it is. */
 static size_t row_bytes(const struct table *table, size_t i, size_t id, unsigned char *bytes)
 {
-    const double column[ROW_NUMBERS - 1] = { table->Cm[i],  table->Bm[i],    table->Ch[i],
-                                             table->L[i],   table->a[i],     table->b[i],
-                                             table->red[i], table->green[i], table->blue[i] };
+    const double column[COLUMNS] = { table->Cm[i],  table->Bm[i],    table->Ch[i],
+                                     table->L[i],   table->a[i],     table->b[i],
+                                     table->red[i], table->green[i], table->blue[i] };
     size_t bands = table->recipe.bands;
     little_endian(id, bytes);
-    for (size_t c = 0; c < ROW_NUMBERS - 1; c++) {
+    for (size_t c = 0; c < COLUMNS; c++) {
         uint64_t bits;
         memcpy(&bits, &column[c], sizeof bits);
         little_endian(bits, bytes + 8 + 8 * c);
     }
     if (bands > 0)
-        table_spectrum_to_blob(table_spectrum(table, i), bands, bytes + 8 * ROW_NUMBERS);
-    return 8 * ROW_NUMBERS + 4 * bands;
+        table_spectrum_to_blob(table_spectrum(table, i), bands, bytes + NUMBERS_BYTES);
+    return NUMBERS_BYTES + 4 * bands;
 }
 
 /* Some at once: most of a row would else be kept until the next completes a block. */
 void table_content_rows(struct table_content_hash *hash, const struct table *table, size_t first,
                         size_t count, size_t id)
 {
-    unsigned char bytes[ROWS_AT_ONCE * (8 * ROW_NUMBERS + 4 * SPECTRUM_MAX_BANDS)];
+    unsigned char bytes[ROWS_AT_ONCE * (NUMBERS_BYTES + 4 * SPECTRUM_MAX_BANDS)];
     for (size_t at = 0; at < count;) {
         size_t size = 0;
         for (size_t n = 0; n < ROWS_AT_ONCE && at < count; n++, at++)
