@@ -41,6 +41,18 @@ static void add(struct trial_forward *list, size_t *n, struct trial_forward f)
     list[(*n)++] = f;
 }
 
+/* Of N streams: by the widest vectors alone. */
+static void add_side_by_side(const struct model *m, struct trial_forward *list, size_t *n)
+{
+    struct trial_forward f = { .model = m, .kind = TRIAL_FORWARD_QUICK };
+    for (int v = QUICK_PLAIN; v < QUICK_VECTORS; v++)
+        if (quick_has((enum quick_vectors)v))
+            f.vectors = (enum quick_vectors)v;
+    add(list, n, f);
+    f.kind = TRIAL_FORWARD_QUICK_SLOPES;
+    add(list, n, f);
+}
+
 size_t trial_forward_list(bool quick, struct trial_forward ret[TRIAL_FORWARD_MAX])
 {
     size_t n = 0;
@@ -50,6 +62,8 @@ size_t trial_forward_list(bool quick, struct trial_forward ret[TRIAL_FORWARD_MAX
         if (m == walks)
             continue;
         add(ret, &n, (struct trial_forward){ .model = m, .kind = TRIAL_FORWARD_MODEL });
+        if (m->streams > 0)
+            add_side_by_side(m, ret, &n);
         if (m->quick == MODEL_QUICK_NONE)
             continue;
         for (int v = QUICK_PLAIN; v < QUICK_VECTORS; v++) {
@@ -85,6 +99,8 @@ enum status trial_forward_ready_init(const struct trial_forward *forward,
                                                       : SKINS;
     *ret = (struct trial_forward_ready){ .forward = *forward, .skins = skins };
     ret->items = skins->n < most ? skins->n : most;
+    if (forward->model->streams > 0)
+        quick_init(forward->model, &ret->chromophores, skins->skin[0].eta, &ret->quick);
     return chromophores_init(TRIAL_FIRST_NM, TRIAL_STEP_NM, TRIAL_BANDS, &ret->chromophores);
 }
 
@@ -113,6 +129,9 @@ enum status trial_forward_run(const struct trial_forward_ready *ready, size_t it
     unsigned three = QUICK_WANT(TISSUE_CM) | QUICK_WANT(TISSUE_BM) | QUICK_WANT(TISSUE_CH);
     if (f->photons > 0 || f->streams > 0)
         return run_medium(ready, t, item, R);
+    if (f->model->streams > 0 && f->kind != TRIAL_FORWARD_MODEL)
+        return quick_skin(&ready->quick, t, f->kind == TRIAL_FORWARD_QUICK ? 0 : three, scratch, R,
+                          J);
     switch (f->kind) {
     case TRIAL_FORWARD_QUICK:
         return quick_slopes_by(f->vectors, f->model, t, c, 0, scratch, R, NULL);

@@ -12,8 +12,9 @@
 #include "trial/timing.h"
 
 enum trial_forward_kind {
-    TRIAL_FORWARD_MODEL,       /* model_reflectance(); paper: its R, G, B */
-    TRIAL_FORWARD_QUICK,       /* optics/quick.h, R alone, by the vectors named */
+    TRIAL_FORWARD_MODEL, /* model_reflectance(); paper: its R, G, B */
+    /* optics/quick.h, R alone, by the vectors named; transport eight bands side by side */
+    TRIAL_FORWARD_QUICK,
     TRIAL_FORWARD_SLOPES,      /* model_slopes() */
     TRIAL_FORWARD_QUICK_SLOPES /* optics/quick.h, R and what a fit of Cm, Bm, Ch wants */
 };
@@ -44,6 +45,7 @@ struct trial_forward_ready {
     struct trial_forward forward;
     const struct trial_skins *skins;
     struct chromophores chromophores;
+    struct quick quick; /* of models of streams alone */
     size_t items;
 };
 enum status trial_forward_ready_init(const struct trial_forward *forward,
