@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/number.h"
+#include "optics/tissue.h"
 #include "plan/costs_default.h"
 
 static const char header[] = "model,rows,by,refine,interval,us,us_p95,Cm,Bm,Ch,Cm_transport,"
@@ -15,6 +16,10 @@ static const char header[] = "model,rows,by,refine,interval,us,us_p95,Cm,Bm,Ch,C
 static const char machine_line[] = "# machine: ";
 static const char count_line[] = "# costs: ";
 static const char not_refined[] = "none"; /* refine_kind_name() has no name for it */
+
+const struct scene_range costs_skins[3] = { { 0.005, 0.2 },
+                                            { 0.0, 1.0 },
+                                            { TISSUE_CH_MIN, TISSUE_CH_MAX } };
 
 enum { FIELDS = 16, LINE_MAX_BYTES = 512 };
 

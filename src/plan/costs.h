@@ -26,9 +26,16 @@
 #include "match/nearest.h"
 #include "match/refined_match.h"
 #include "optics/model.h"
+#include "plan/scene.h"
 
-/* Errors are of typical skins (Cm 0.005..0.2 and Ch 0.001..0.1 evenly in the logarithm, Bm
- * 0..1), 31 bands from 400 nm by 10, white noise of 0.003 a band; NAN: not measured, or held. */
+/* Errors are of typical skins (Cm and Ch evenly in the logarithm), 31 bands, white noise; NAN: not
+ * measured, or held.  plan/estimate.h says what they are under other conditions. */
+#define COSTS_FIRST_NM 400.0
+#define COSTS_STEP_NM 10.0
+enum { COSTS_BANDS = 31 };
+#define COSTS_NOISE 0.003                       /* standard deviation of a band */
+extern const struct scene_range costs_skins[3]; /* of Cm, Bm, Ch */
+
 struct cost {
     const struct model *model; /* of the table and of the fit */
     size_t rows;               /* of the table; 0: none, the closed form of match/start.h */

@@ -6,32 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/chance.h"
 #include "base/parallel.h"
 #include "colour/lab.h"
 #include "colour/xyz.h"
 
-/* ---- chance ------------------------------------------------------------------------- */
-
-/* splitmix64 (Steele, Lea and Flood, 2014; public-domain code by S. Vigna). */
-static double even(uint64_t *state)
-{
-    uint64_t z = *state += 0x9e3779b97f4a7c15u;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return ((double)((z ^ (z >> 31)) >> 11) + 0.5) / 9007199254740992.0; /* neither 0 nor 1 */
-}
-
-static double decades(uint64_t *state, double least, double most)
-{
-    return exp(log(least) + even(state) * log(most / least));
-}
-
-/* Box and Muller's, one of the two. */
-static double normal(uint64_t *state)
-{
-    double radius = sqrt(-2.0 * log(even(state))), turn = 2.0 * acos(-1.0) * even(state);
-    return radius * cos(turn);
-}
+/* ---- skins --------------------------------------------------------------------------- */
 
 enum status trial_skins_init(size_t n, uint64_t seed, struct trial_skins *ret)
 {
@@ -44,10 +24,12 @@ enum status trial_skins_init(size_t n, uint64_t seed, struct trial_skins *ret)
         return STATUS_NO_MEMORY;
     }
     for (size_t i = 0; i < n; i++) {
-        double Cm = decades(&state, 0.005, 0.2), Bm = even(&state);
-        skins.skin[i] = tissue_of(Cm, Bm, decades(&state, TISSUE_CH_MIN, TISSUE_CH_MAX));
+        double Cm = chance_decades(&state, costs_skins[0].lo, costs_skins[0].hi);
+        double Bm = chance_even(&state);
+        double Ch = chance_decades(&state, costs_skins[2].lo, costs_skins[2].hi);
+        skins.skin[i] = tissue_of(Cm, Bm, Ch);
         for (size_t k = 0; k < TRIAL_BANDS; k++)
-            skins.noise[i][k] = TRIAL_NOISE * normal(&state);
+            skins.noise[i][k] = TRIAL_NOISE * chance_normal(&state);
     }
     *ret = skins;
     return STATUS_OK;

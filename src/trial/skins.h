@@ -14,11 +14,12 @@
 #include "base/status.h"
 #include "optics/model.h"
 #include "optics/tissue.h"
+#include "plan/costs.h"
 
-enum { TRIAL_BANDS = 31 };
-#define TRIAL_FIRST_NM 400.0
-#define TRIAL_STEP_NM 10.0
-#define TRIAL_NOISE 0.003
+enum { TRIAL_BANDS = COSTS_BANDS };
+#define TRIAL_FIRST_NM COSTS_FIRST_NM
+#define TRIAL_STEP_NM COSTS_STEP_NM
+#define TRIAL_NOISE COSTS_NOISE
 
 struct trial_skins {
     size_t n;
