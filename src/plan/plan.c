@@ -203,19 +203,14 @@ static enum status plan_no_fit(const struct choice *c, struct plan *p, char why[
 
 static void estimate(const struct choice *c, struct plan *p)
 {
-    const struct cost *cost = c->best.cost;
     p->estimated = (struct plan_estimate){ NAN, NAN, { NAN, NAN, NAN }, NAN, NAN };
     if (!scene_wants_skin(c->scene))
         p->estimated.us = c->colour_us;
-    if (cost == NULL)
-        return;
-    p->estimated = (struct plan_estimate){ .us = cost->us + c->colour_us,
-                                           .us_p95 = cost->us_p95 + c->colour_us,
-                                           .dE00 = cost->dE00,
-                                           .rms = cost->rms_R };
+    else
+        p->estimated = c->best.expected;
     for (size_t i = 0; i < 3; i++)
-        p->estimated.coefficient[i] =
-            scene_is_held(c->scene, i) ? (double)NAN : choice_error(c->scene, cost, i);
+        if (scene_is_held(c->scene, i))
+            p->estimated.coefficient[i] = NAN;
 }
 
 enum status plan_make(const struct scene *scene, const struct plan_at_hand *at_hand,

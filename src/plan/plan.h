@@ -1,9 +1,10 @@
 /* plan.h - a scene, the tables at hand and what each way costs -> the cheapest way that does it,
  * and what is left out and why.
  *
- * Pure: nothing is read, searched or computed of a spectrum.  What a way costs and how wrong it is
- * comes from plan/costs.h, measured; where nothing was measured it is NAN, and such a way is
- * chosen only where neither an error nor a time is asked for.  Without a dermis nothing was: then
+ * Nothing is read, searched or computed of a spectrum.  What a way costs and how wrong it is
+ * comes from plan/costs.h, measured, and for a scene unlike what was measured from plan/estimate.h;
+ * what is not known is NAN, and such a way is chosen only where neither an error nor a time is
+ * asked for.  Without a dermis nothing was: then
  * the errors of Cm, Bm, Ch and dE00 are told where leaving it out is proven to change R by less
  * than the way's own rms, and rms is that and the proven bound, NAN where this says nothing.
  *
@@ -91,8 +92,8 @@ struct plan_at_hand {
     size_t bands;
 };
 
-/* What is to be expected; NAN: not known.  Of a table of another size than was measured, the one
- * nearest in size. */
+/* What is to be expected under the scene's own conditions; NAN: not known.  Of a table of another
+ * size than was measured, the one nearest in size. */
 struct plan_estimate {
     double us, us_p95; /* one spectrum, one thread */
     double coefficient[3], dE00, rms;

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "colour/xyz.h"
+#include "plan/estimate.h"
 
 __attribute__((format(printf, 3, 4))) static enum status refuse(enum status s, char *why,
                                                                 const char *format, ...)
@@ -73,8 +74,7 @@ static enum status check_colour(const struct choice *c, char *why)
                   wants(s, SCENE_LAB) ? "lab" : "rgb");
 }
 
-/* Of the recipe's bands those that are used too. */
-static size_t common_bands(const struct choice *c, const struct recipe *recipe)
+size_t choice_common_bands(const struct choice *c, const struct recipe *recipe)
 {
     size_t n = 0;
     for (size_t i = 0; i < recipe->bands; i++) {
@@ -193,35 +193,6 @@ enum status choice_fit(const struct scene *s, const struct refine_wish *wish,
 
 /* ---- ways --------------------------------------------------------------------------- */
 
-/* Of a table of another size the one nearest in size, in proportion. */
-static const struct cost *cost_of(const struct choice *c, const struct way *w)
-{
-    const struct costs *costs = c->at_hand->costs;
-    enum refine_kind kind = !w->fits                       ? REFINE_NOT
-                            : c->scene->fit == REFINE_SKIN ? REFINE_SKIN
-                                                           : REFINE_THREE;
-    size_t rows = w->table == PLAN_NO_TABLE ? 0 : c->at_hand->table[w->table].rows;
-    const struct cost *found = NULL;
-    double least = INFINITY;
-    for (size_t i = 0; i < costs->n; i++) {
-        const struct cost *cost = &costs->cost[i];
-        if (cost->model != w->model || cost->refine != kind || (cost->rows == 0) != (rows == 0) ||
-            cost->by != w->by || cost->interval != wants(c->scene, SCENE_INTERVAL))
-            continue;
-        double apart = rows == 0 ? 0.0 : fabs(log((double)cost->rows / (double)rows));
-        if (apart < least) {
-            least = apart;
-            found = cost;
-        }
-    }
-    return found;
-}
-
-double choice_error(const struct scene *s, const struct cost *cost, size_t i)
-{
-    return s->model != NULL ? cost->rmse[i] : cost->rmse_transport[i];
-}
-
 static double over(double error, double bound)
 {
     if (isnan(bound))
@@ -230,55 +201,74 @@ static double over(double error, double bound)
 }
 
 /* By how many times the worst of what is bounded exceeds its bound: at most 1 where all is met. */
-static double excess(const struct scene *s, const struct cost *cost)
+static double excess(const struct scene *s, const struct plan_estimate *e)
 {
-    double most = fmax(over(cost->dE00, s->bound.dE00), over(cost->rms_R, s->bound.rms));
+    double most = fmax(over(e->dE00, s->bound.dE00), over(e->rms, s->bound.rms));
     for (size_t i = 0; i < 3; i++)
-        most = fmax(most, over(choice_error(s, cost, i), s->bound.coefficient[i]));
+        most = fmax(most, over(e->coefficient[i], s->bound.coefficient[i]));
     return most;
 }
 
 /* Of ways that take no longer than they may the least wrong: errors in parts of the
  * coefficients' ranges. */
-static double wrongness(const struct scene *s, const struct cost *cost)
+static double wrongness(const struct scene *s, const struct plan_estimate *e)
 {
     double sum = 0.0;
     for (size_t i = 0; i < 3; i++) {
         struct scene_range whole = scene_whole_range(i);
-        if (scene_is_held(s, i))
-            continue;
-        double error = choice_error(s, cost, i);
-        sum += isnan(error) ? 1.0 : error / whole.hi;
+        if (!scene_is_held(s, i))
+            sum += isnan(e->coefficient[i]) ? 1.0 : e->coefficient[i] / whole.hi;
     }
     return sum;
 }
 
-/* A way that can be gone. */
-static void offer(struct choice *c, struct way *w)
+static bool none(struct choice *c, enum status s);
+
+/* Fits that do not end are chosen where the scene says how they begin, and else not at all. */
+static bool ends(struct choice *c, const struct way *w)
 {
-    w->cost = cost_of(c, w);
-    if (!c->asked) { /* in the order of the default */
-        if (!c->any)
-            c->best = *w;
-        c->any = true;
-        return;
-    }
-    if (w->cost == NULL)
-        return;
+    char *why = c->why[0] == '\0' ? c->why : (char[SCENE_WHY_SIZE]){ 0 };
+    if (w->unfinished <= ESTIMATE_UNFINISHED || c->scene->start != SCENE_START_ANY)
+        return true;
+    return none(c, refuse(STATUS_RANGE, why,
+                          "%.0f of 100 fits by %s from the closed form do not end with these "
+                          "bands; use more bands, or a table's rows (`start` \"rows\"), or say "
+                          "`start` \"closed-form\"",
+                          fmax(1.0, 100.0 * w->unfinished), w->model->name));
+}
+
+/* Of those that were asked for the best so far. */
+static void weigh(struct choice *c, const struct way *w)
+{
     bool timed = !isnan(c->scene->budget_us);
-    double us = w->cost->us + c->colour_us, far = excess(c->scene, w->cost);
+    double us = w->expected.us, far = excess(c->scene, &w->expected);
     bool met = timed ? us <= c->scene->budget_us : far <= 1.0;
-    double score = timed ? wrongness(c->scene, w->cost) : us, miss = timed ? us : far;
+    double score = timed ? wrongness(c->scene, &w->expected) : us, miss = timed ? us : far;
     if (met && (!c->any || score < c->best_score)) {
         c->best = *w;
         c->best_score = score;
         c->any = true;
     } else if (!met && (!c->any_miss || miss < c->miss_score ||
-                        (miss == c->miss_score && w->cost->us < c->miss.cost->us))) {
+                        (miss == c->miss_score && us < c->miss.expected.us))) {
         c->miss = *w;
         c->miss_score = miss;
         c->any_miss = true;
     }
+}
+
+/* A way that can be gone. */
+static void offer(struct choice *c, struct way *w)
+{
+    if (!c->asked && c->any) /* in the order of the default */
+        return;
+    c->no_memory = estimate_way(c, w) != STATUS_OK || c->no_memory;
+    if (c->asked) {
+        if (w->cost != NULL && !isnan(w->expected.us) && ends(c, w))
+            weigh(c, w);
+        return;
+    }
+    c->best = *w;
+    c->any = true;
 }
 
 /* The first reason is the one that is told: it is that of the default. */
@@ -324,7 +314,7 @@ static bool can_search(struct choice *c, const struct plan_table *table, enum ma
                               "table '%s' (model %s) has no spectra to search by; use rgb, lab or "
                               "de2000, or another table",
                               table->name, recipe->model->name));
-    size_t common = by == MATCH_SPECTRUM ? common_bands(c, recipe) : 0;
+    size_t common = by == MATCH_SPECTRUM ? choice_common_bands(c, recipe) : 0;
     if (by == MATCH_SPECTRUM && common < NEAREST_MIN_BANDS)
         return none(c, refuse(STATUS_RANGE, why,
                               "%zu of the bands are in table '%s' as well; to search by spectrum "
@@ -454,12 +444,13 @@ static void describe(const struct choice *c, const struct way *w, char *text, si
                  w->fits ? ", refined" : "");
 }
 
-static void list_errors(const struct scene *s, const struct cost *cost, char *text, size_t size)
+static void list_errors(const struct scene *s, const struct plan_estimate *e, char *text,
+                        size_t size)
 {
     const double bound[] = { s->bound.coefficient[0], s->bound.coefficient[1],
                              s->bound.coefficient[2], s->bound.dE00, s->bound.rms };
-    const double error[] = { choice_error(s, cost, 0), choice_error(s, cost, 1),
-                             choice_error(s, cost, 2), cost->dE00, cost->rms_R };
+    const double error[] = { e->coefficient[0], e->coefficient[1], e->coefficient[2], e->dE00,
+                             e->rms };
     static const char *const names[] = { "Cm", "Bm", "Ch", "dE00", "rms" };
     size_t used = 0;
     text[0] = '\0';
@@ -468,10 +459,22 @@ static void list_errors(const struct scene *s, const struct cost *cost, char *te
             continue;
         int n = isnan(error[i]) ? snprintf(text + used, size - used, "%s%s not measured",
                                            used > 0 ? ", " : "", names[i])
-                                : snprintf(text + used, size - used, "%s%s %g for %g",
+                                : snprintf(text + used, size - used, "%s%s %.3g for %g",
                                            used > 0 ? ", " : "", names[i], error[i], bound[i]);
         used += n > 0 ? (size_t)n : 0;
     }
+}
+
+/* Whether what is bounded was not measured of the nearest way at all. */
+static bool was_not_measured(const struct choice *c)
+{
+    const struct scene_bound *b = &c->scene->bound;
+    const struct cost *cost = c->miss.cost;
+    const double *error = c->scene->model != NULL ? cost->rmse : cost->rmse_transport;
+    bool unknown = isinf(over(cost->dE00, b->dE00)) || isinf(over(cost->rms_R, b->rms));
+    for (size_t i = 0; i < 3; i++)
+        unknown = unknown || isinf(over(error[i], b->coefficient[i]));
+    return unknown;
 }
 
 static enum status refuse_all(const struct choice *c, char *why)
@@ -480,13 +483,19 @@ static enum status refuse_all(const struct choice *c, char *why)
     const struct scene *s = c->scene;
     if (c->any_miss) {
         describe(c, &c->miss, way, sizeof way);
-        double us = c->miss.cost->us + c->colour_us;
+        double us = c->miss.expected.us;
         if (!isnan(s->budget_us))
             return refuse(STATUS_RANGE, why,
                           "nothing at hand takes %g us or less; the quickest is %s, %.3g us; allow "
                           "as much, or want less",
                           s->budget_us, way, us);
-        list_errors(s, c->miss.cost, errors, sizeof errors);
+        if (isinf(c->miss_score) && !was_not_measured(c))
+            return refuse(STATUS_RANGE, why,
+                          "how wrong %s is was measured under white noise of 0.003, on 31 bands, "
+                          "with nothing held, and is not known otherwise; say `noise` 0.003 if so "
+                          "it is, search by spectrum, or want `refined`",
+                          way);
+        list_errors(s, &c->miss.expected, errors, sizeof errors);
         return refuse(STATUS_RANGE, why,
                       "nothing at hand is as good as the error bound; the nearest is %s (%s) in "
                       "%.3g us; allow as much, or build a larger table",
@@ -529,6 +538,8 @@ enum status choice_make(const struct scene *scene, const struct plan_at_hand *at
         return s;
     if (scene_wants_skin(scene)) {
         offer_all(ret);
+        if (ret->no_memory)
+            return refuse(STATUS_NO_MEMORY, why, "%s", status_text(STATUS_NO_MEMORY));
         return ret->any ? STATUS_OK : refuse_all(ret, why);
     }
     if (!isnan(scene->budget_us) && ret->colour_us > scene->budget_us)

@@ -11,7 +11,9 @@ struct way {
     enum match_by by;
     bool fits;
     const struct model *model;
-    const struct cost *cost; /* NULL: not measured */
+    const struct cost *cost;       /* NULL: not measured */
+    struct plan_estimate expected; /* the same for the scene at hand, with its colour */
+    double unfinished;             /* share of fits that are expected not to end */
 };
 
 /* What the choice is made from, and how it stands. */
@@ -25,6 +27,7 @@ struct choice {
     bool any, any_miss;    /* best, miss are set */
     struct way best, miss; /* miss: of those that are not as asked the nearest to it */
     double best_score, miss_score;
+    bool no_memory; /* a way could not be estimated */
     /* Why the first way that would else be one is none; "" while there is no such. */
     enum status status;
     char why[SCENE_WHY_SIZE];
@@ -34,9 +37,8 @@ struct choice {
 enum status choice_make(const struct scene *scene, const struct plan_at_hand *at_hand,
                         struct choice *ret, char why[SCENE_WHY_SIZE]);
 
-/* What Cm, Bm or Ch (i) is wrong by: of a model that the scene names as that model's own skins
- * go; of any model as skins by transport do, so that a model's own error counts. */
-double choice_error(const struct scene *scene, const struct cost *cost, size_t i);
+/* How many of the recipe's bands are used too. */
+size_t choice_common_bands(const struct choice *choice, const struct recipe *recipe);
 
 /* The table's recipe; the model's default one without a table. */
 struct recipe choice_recipe(const struct plan_at_hand *at_hand, const struct way *way);

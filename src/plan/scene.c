@@ -228,8 +228,8 @@ enum status scene_check_use(const struct scene *s, char why[SCENE_WHY_SIZE])
         { "Ch", skins, !isnan(s->range[SKIN_CH].lo) },
         { "start", fits, s->start != SCENE_START_ANY },
         { "dermis", fits, s->no_dermis },
-        { "noise", fits, !isnan(s->white) },
-        { "placement", fits, !isnan(s->placement) },
+        { "noise", skins, !isnan(s->white) },
+        { "placement", skins, !isnan(s->placement) },
     };
     for (size_t i = 0; i < sizeof members / sizeof *members; i++)
         if (members[i].said && (s->wanted & members[i].by) == 0)

@@ -149,8 +149,8 @@ class Scene(Case):
             ("model", "two-layer", skin), ("by", "lab", skin), ("k", 3, ["nearest"]),
             ("fit", "three", ["coefficients", "refined"]), ("start", "rows", ["coefficients", "refined"]),
             ("Cm", [0.01, 0.1], skin), ("Bm", 1, skin), ("Ch", [0.01, 0.1], skin),
-            ("dermis", False, ["coefficients", "refined"]), ("noise", 0.003, ["coefficients", "refined"]),
-            ("placement", 0.01, ["coefficients", "refined"]),
+            ("dermis", False, ["coefficients", "refined"]), ("noise", 0.003, skin),
+            ("placement", 0.01, skin),
         ):  # fmt: skip
             for wanted in ("lab", "rgb", *skin):
                 scene = {"want": [wanted], member: value}
@@ -183,7 +183,7 @@ class Scene(Case):
                  "Bm_transport,Ch_transport,dE00,rms_R,bytes\n"
                  + line % ("lab", 1, 1, 1e-5, 1e-5) + line % ("spectrum", 9, 9, 1e-5, 1e-5))  # fmt: skip
         path = self.file(costs)
-        scene = {"want": ["nearest"], "error": {"Cm": 1e-4}}
+        scene = {"want": ["nearest"], "error": {"Cm": 1e-4}, "noise": 0.003}
         for record in self.answer(scene, "--costs", path):
             self.assertEqual(record["by"], "lab")
             self.assertEqual(record["plan"]["estimated"]["us"], 1)

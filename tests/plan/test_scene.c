@@ -127,8 +127,13 @@ static void test_what_nothing_uses(void)
     s.wanted |= SCENE_RGB;
     TEST_ASSERT_EQUAL_INT(STATUS_OK, scene_check_use(&s, why));
     s = wanting(SCENE_NEAREST | SCENE_LAB);
-    s.placement = 0.01;
-    unused(&s, "`placement`", "want `refined` or `coefficients`");
+    s.placement = 0.01; /* of what a row is expected to be wrong by */
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, scene_check_use(&s, why));
+    s.wanted = SCENE_LAB;
+    unused(&s, "`placement`", "`nearest` or `refined`");
+    s = wanting(SCENE_NEAREST);
+    s.start = SCENE_START_ROWS;
+    unused(&s, "`start`", "want `refined` or `coefficients`");
     s = wanting(SCENE_LAB);
     s.range[SKIN_CH] = (struct scene_range){ 0.01, 0.02 };
     unused(&s, "`Ch`", "`nearest` or `refined`");

@@ -109,7 +109,7 @@ class Costs(Case):
                 file.write(costs)
             with Daemon(state=state) as daemon, daemon.client() as c:
                 daemon.wait_for_table()
-                scene = {"want": ["nearest"], "error": {"Cm": 1e-4}}
+                scene = {"want": ["nearest"], "error": {"Cm": 1e-4}, "noise": 0.003}
                 answer = c.call("match.spectrum", spectrum=next(iter(example_skins())),
                                 specular="sce", store=False, scene=scene)  # fmt: skip
                 return answer["by"], answer["plan"]["estimated"]["us"]
