@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -141,6 +142,12 @@ static enum status open_file(struct answers *a, enum answers_mode mode)
     int fd = open(a->path, flags, 0644);
     if (fd < 0 && errno == EEXIST) {
         log_error("%s exists already; --resume goes on with it, --force replaces it", a->path);
+        return STATUS_EXISTS;
+    }
+    /* A task begun again beside the one it was to follow, say: rows of both would be mixed. */
+    if (fd >= 0 && flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+        log_error("%s: another skinspec match is writing it", a->path);
+        close(fd);
         return STATUS_EXISTS;
     }
     a->stream = fd >= 0 ? fdopen(fd, "r+") : NULL;

@@ -5,7 +5,8 @@
  * them are made again and must come out the same to the byte: then input, table and options are
  * those of the first run, and the whole will be what one run had made.
  *
- * An array cannot be gone on with: it appears under its name when it is whole, or not at all. */
+ * One process at a time writes to it.  An array cannot be gone on with: it appears under its name
+ * when it is whole, or not at all. */
 #ifndef SKINSPEC_CLI_ANSWERS_H
 #define SKINSPEC_CLI_ANSWERS_H
 

@@ -557,6 +557,26 @@ class Stopped(Stream):
             os.unlink(self.out)
         self.assertIn("stopped after 200 rows; if they went to a file", self.stopped())
 
+    def test_two_runs_do_not_share_a_file(self):
+        with start("match", "-", "--table", self.table, "--out", self.out,
+                   stdin=subprocess.PIPE) as child:  # fmt: skip
+            child.stdin.write(csv_text(self.spectra[:100]).encode())
+            child.stdin.flush()
+            until = time.monotonic() + 30
+            while time.monotonic() < until:
+                time.sleep(0.02)
+                if os.path.exists(self.out) and b"\ns99," in self.there():
+                    break
+            for how in ("--resume", "--force"):
+                self.refused(1, "match", self.path, "--table", self.table, "--out", self.out, how,
+                             says="another skinspec match is writing it")  # fmt: skip
+            child.stdin.close()
+            self.assertEqual(child.wait(TIMEOUT_S), 0)
+        whole = run("match", self.path, "--table", self.table).out_bytes
+        self.assertEqual(self.there(), whole[: whole.index(b"\ns100,") + 1])
+        self.resume()
+        self.assertEqual(self.there(), whole)
+
     def test_how_to_go_on_is_what_goes_on(self):
         """After --force too, which does not go with --resume."""
         whole = run("match", self.path, "--table", self.table).out_bytes
