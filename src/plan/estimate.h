@@ -5,16 +5,17 @@
  * Where the scene says so too they are taken as they are.  Elsewhere each part of an error goes by
  * what it depends on; f is the figure measured, S and M what plan/rehearsal.h says of the scene's
  * conditions and of the measured ones:
- *   a fit             f S/M                                  by its own model's skins
- *   rows by spectrum  sqrt(grid^2 + (fit S/M)^2)             grid^2 = f^2 - fit^2; S of a fit that
- *                                                            takes all noise for white, as rows do
- *   any model         sqrt(own^2 + (f_transport^2 - f_own^2))  the model's own error stays
- *   dE00, rms         sqrt(f^2 - M^2 + S^2)
+ *   a fit, closed form  f S/M                              by its own model's skins
+ *   rows by spectrum    sqrt(grid^2 + (fit S/M)^2)         grid^2 = f^2 - fit^2; S of a fit that
+ *                                                          takes all noise for white, as rows do
+ *   any model           sqrt(own^2 + (f^2 - f_own^2) t^2)  f, t = S/M by skins of transport, t
+ *                                                          without noise
+ *   dE00, rms           sqrt((f^2 - M^2) t^2 + S^2)
  * Rows by colour, and skin that cannot be rehearsed, have no error then: NAN.  A model other than
  * two-layer and half-space is rehearsed by two-layer.  Times:
- *   k rows            the search times 1 + c (k - 1), c as measured of the search
- *   a scan            rows times ESTIMATE_SCAN_US, where the bands lack one of the table's
- *   a fit             times a + (1 - a) bands/31, evaluations S/M, and what placement noise costs
+ *   k rows              the search times 1 + c (k - 1), c as measured of the search
+ *   a scan              rows times ESTIMATE_SCAN_US, where the bands lack one of the table's
+ *   a fit               times a + (1 - a) bands/31, S/M of evaluations, and what placement costs
  * docs/decisions/0018 says why, and how near to the truth that comes. */
 #ifndef SKINSPEC_PLAN_ESTIMATE_H
 #define SKINSPEC_PLAN_ESTIMATE_H
