@@ -265,9 +265,11 @@ static void show_plan(const struct plan *plan)
 {
     const struct plan_estimate *e = &plan->estimated;
     const double number[] = {
-        e->us, e->coefficient[0], e->coefficient[1], e->coefficient[2], e->dE00, e->rms
+        e->us,  e->coefficient[0], e->coefficient[1], e->coefficient[2], e->dE00,
+        e->rms, e->white,          e->placement
     };
-    static const char *const name[] = { "us", "Cm", "Bm", "Ch", "dE00", "rms" };
+    static const char *const name[] = { "us",   "Cm",  "Bm",          "Ch",
+                                        "dE00", "rms", "under noise", "placement" };
     printf("runs");
     for (int part = 0; part < PLAN_PARTS_RUN; part++)
         if (plan_runs(plan, (enum plan_part)part))

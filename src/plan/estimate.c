@@ -258,7 +258,7 @@ static void set_times(const struct choice *c, struct way *w, double fit_factor)
 
 /* ---- all of it ---------------------------------------------------------------------- */
 
-static const struct plan_estimate unknown = { NAN, NAN, { NAN, NAN, NAN }, NAN, NAN };
+static const struct plan_estimate unknown = { NAN, NAN, { NAN, NAN, NAN }, NAN, NAN, NAN, NAN };
 
 static enum status rehearse_both(struct rehearsal *scene, struct rehearsal *measured,
                                  struct both *ret)
@@ -297,6 +297,8 @@ enum status estimate_way(const struct choice *c, struct way *w)
     w->cost = cost_of(c, w, kind_of(c, w), (c->scene->wanted & SCENE_INTERVAL) != 0);
     if (w->cost == NULL || scene_noise(c->scene, &noise) != STATUS_OK)
         return STATUS_OK;
+    w->expected.white = noise.white;
+    w->expected.placement = noise.placement;
     if (is_as_measured(c, &noise)) {
         set_measured_errors(c, w);
         set_times(c, w, 1.0);

@@ -203,7 +203,7 @@ static enum status plan_no_fit(const struct choice *c, struct plan *p, char why[
 
 static void estimate(const struct choice *c, struct plan *p)
 {
-    p->estimated = (struct plan_estimate){ NAN, NAN, { NAN, NAN, NAN }, NAN, NAN };
+    p->estimated = (struct plan_estimate){ NAN, NAN, { NAN, NAN, NAN }, NAN, NAN, NAN, NAN };
     if (!scene_wants_skin(c->scene))
         p->estimated.us = c->colour_us;
     else

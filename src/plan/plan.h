@@ -97,6 +97,7 @@ struct plan_at_hand {
 struct plan_estimate {
     double us, us_p95; /* one spectrum, one thread */
     double coefficient[3], dE00, rms;
+    double white, placement; /* the noise that errors are expected under, as match/noise.h has it */
 };
 
 enum { PLAN_NO_TABLE = -1 };

@@ -328,6 +328,8 @@ static void put_estimate(struct maker *m, const struct plan_estimate *e)
         maker_known_number(&object, skin_parameter_name(i), e->coefficient[i]);
     maker_known_number(&object, "dE00", e->dE00);
     maker_known_number(&object, "rms", e->rms);
+    maker_known_number(&object, "noise", e->white);
+    maker_known_number(&object, "placement", e->placement);
     maker_nested(m, "estimated", &object);
 }
 

@@ -96,6 +96,8 @@ static void test_noise(void)
     /* That of a probe set down by hand: what is not said is no less for it. */
     s.white = NAN;
     TEST_ASSERT_TRUE(expect(&s)->coefficient[0] > 3.0 * before);
+    TEST_ASSERT_EQUAL_DOUBLE(NOISE_DEFAULT_WHITE, plan.estimated.white);
+    TEST_ASSERT_EQUAL_DOUBLE(NOISE_DEFAULT_PLACEMENT, plan.estimated.placement);
     s.placement = NOISE_DEFAULT_PLACEMENT;
     s.white = NOISE_DEFAULT_WHITE;
     TEST_ASSERT_TRUE(expect(&s)->coefficient[0] > 3.0 * before);
