@@ -93,6 +93,7 @@ static enum status measured_conditions(const struct choice *c, const struct way 
                                .step_nm = COSTS_STEP_NM,
                                .bands = COSTS_BANDS,
                                .closed_form = !w->fits && w->table == PLAN_NO_TABLE,
+                               .colour = !w->fits && w->by != MATCH_SPECTRUM,
                                .from_there = w->fits ? from_rows(c, w) : true };
     for (size_t i = 0; i < 3; i++)
         ret->range[i] = scene_whole_range(i);
@@ -112,6 +113,7 @@ static enum status scene_conditions(const struct choice *c, const struct way *w,
                                .step_nm = c->step_nm,
                                .bands = c->bands,
                                .closed_form = !w->fits && w->table == PLAN_NO_TABLE,
+                               .colour = !w->fits && w->by != MATCH_SPECTRUM,
                                .from_there = w->fits ? from_rows(c, w) : true };
     for (size_t i = 0; i < 3; i++)
         ret->range[i] = scene_range_of(c->scene, i);
@@ -135,7 +137,7 @@ static double own_error(const struct choice *c, const struct way *w, size_t i,
     double times = S->rmse[i] / M->rmse[i], f = w->cost->rmse[i];
     if (w->fits || w->table == PLAN_NO_TABLE)
         return f * times;
-    double noise = fit != NULL ? fit->rmse[i] : M->rmse[i];
+    double noise = fit != NULL && w->by == MATCH_SPECTRUM ? fit->rmse[i] : M->rmse[i];
     if (isnan(f) || noise > f)
         return f * times;
     return sqrt(less(f, noise) + noise * times * noise * times);
@@ -274,8 +276,6 @@ static enum status rehearse_way(const struct choice *c, const struct way *w,
                                 struct both *by_model)
 {
     struct rehearsal scene, measured;
-    if (!w->fits && w->by != MATCH_SPECTRUM)
-        return STATUS_UNSUPPORTED;
     enum status s = scene_conditions(c, w, noise, &scene);
     if (s == STATUS_OK)
         s = measured_conditions(c, w, &measured);

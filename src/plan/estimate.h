@@ -8,11 +8,12 @@
  *   a fit, closed form  f S/M                              by its own model's skins
  *   rows by spectrum    sqrt(grid^2 + (fit S/M)^2)         grid^2 = f^2 - fit^2; S of a fit that
  *                                                          takes all noise for white, as rows do
+ *   rows by colour      the same with a fit of the colour  fit: M
  *   any model           sqrt(own^2 + (f^2 - f_own^2) t^2)  f, t = S/M by skins of transport, t
  *                                                          without noise
  *   dE00, rms           sqrt((f^2 - M^2) t^2 + S^2)
- * Rows by colour, and skin that cannot be rehearsed, have no error then: NAN.  A model other than
- * two-layer and half-space is rehearsed by two-layer.  Times:
+ * What cannot be rehearsed has no error then: NAN.  A model other than two-layer and half-space is
+ * rehearsed by two-layer.  Times:
  *   k rows              the search times 1 + c (k - 1), c as measured of the search
  *   a scan              rows times ESTIMATE_SCAN_US, where the bands lack one of the table's
  *   a fit               times a + (1 - a) bands/31, S/M of evaluations, and what placement costs

@@ -110,7 +110,7 @@ struct stage {
     bool same_bands;
     struct model_on_both truth, fitted;
     struct start start;
-    struct xyz_weights weights;
+    struct xyz_weights weights, weights_seen; /* the second for colours alone */
     struct refiner *refiner;
     struct spectrum measured;
     struct seen there, found;
@@ -133,6 +133,9 @@ static enum status stage_init(const struct rehearsal *r, struct stage *g)
     if (s == STATUS_OK)
         s = xyz_weights_init(ILLUMINANT_D65, OBSERVER_10DEG, COSTS_FIRST_NM, COSTS_STEP_NM,
                              COSTS_BANDS, &g->weights);
+    if (s == STATUS_OK && r->colour)
+        s = xyz_weights_init(r->fit.illuminant, r->fit.observer, r->first_nm, r->step_nm, r->bands,
+                             &g->weights_seen);
     if (s == STATUS_OK)
         s = refiner_open(&r->fit, r->first_nm, r->step_nm, r->bands, &g->refiner, NULL);
     if (s != STATUS_OK)
@@ -255,6 +258,122 @@ static struct tissue solve(const struct stage *g)
     return t;
 }
 
+/* ---- a colour ----------------------------------------------------------------------- */
+
+/* The skin whose colour is nearest (dE*ab), inside the bounds: damped Gauss-Newton from the skin
+ * itself.  Distances by other colours lead to much the same skin, for three numbers are matched by
+ * three. */
+enum { COLOUR_STEPS = 24 };
+
+struct colour_fit {
+    double value[SKIN_PARAMETERS], Lab[3], square;
+};
+
+static void Lab_seen(const struct stage *g, const double *R, double Lab[3])
+{
+    double XYZ[3];
+    xyz_from_reflectance(&g->weights_seen, R, XYZ);
+    lab_from_xyz(XYZ, g->weights_seen.white, Lab);
+}
+
+static enum status look(struct stage *g, const double target[3], struct colour_fit *at)
+{
+    const struct tissue t = fit_tissue(&g->r->fit, at->value);
+    enum status s = quick_skin(&g->fitted.seen, &t, 0, g->scratch, g->found.here, NULL);
+    if (s != STATUS_OK)
+        return s;
+    Lab_seen(g, g->found.here, at->Lab);
+    at->square = 0.0;
+    for (size_t k = 0; k < 3; k++)
+        at->square += (at->Lab[k] - target[k]) * (at->Lab[k] - target[k]);
+    return STATUS_OK;
+}
+
+/* J[i][k]: of Lab[k] by parameter i. */
+static enum status slopes(struct stage *g, const double target[3], const struct colour_fit *at,
+                          double J[3][3])
+{
+    for (size_t i = 0; i < 3; i++) {
+        const struct skin_role *role = &g->r->fit.role[i];
+        struct colour_fit beside = *at;
+        double h = 1e-5 * (role->hi - role->lo);
+        h = at->value[i] + h > role->hi ? -h : h;
+        beside.value[i] += h;
+        enum status s = look(g, target, &beside);
+        if (s != STATUS_OK)
+            return s;
+        for (size_t k = 0; k < 3; k++)
+            J[i][k] = (beside.Lab[k] - at->Lab[k]) / h;
+    }
+    return STATUS_OK;
+}
+
+/* d with (J J^T + damping) d = -J residual; 0 for what is held or pushed against its bound. */
+static void step_of(const struct stage *g, const double target[3], const struct colour_fit *at,
+                    double J[3][3], double damping, double d[3])
+{
+    double A[3][4];
+    for (size_t i = 0; i < 3; i++) {
+        const struct skin_role *role = &g->r->fit.role[i];
+        double gradient = 0.0;
+        for (size_t k = 0; k < 3; k++)
+            gradient += J[i][k] * (at->Lab[k] - target[k]);
+        bool still = !role->free || (at->value[i] <= role->lo && gradient > 0.0) ||
+                     (at->value[i] >= role->hi && gradient < 0.0);
+        for (size_t k = 0; k < 3; k++)
+            J[i][k] = still ? 0.0 : J[i][k];
+        A[i][3] = still ? 0.0 : -gradient;
+    }
+    for (size_t i = 0; i < 3; i++)
+        for (size_t j = 0; j < 3; j++)
+            A[i][j] = J[i][0] * J[j][0] + J[i][1] * J[j][1] + J[i][2] * J[j][2];
+    for (size_t i = 0; i < 3; i++)
+        A[i][i] = A[i][i] > 0.0 ? A[i][i] * (1.0 + damping) : 1.0;
+    for (size_t i = 0; i < 3; i++) /* definite: no pivots */
+        for (size_t j = i + 1; j < 3; j++) {
+            double times = A[j][i] / A[i][i];
+            for (size_t k = i; k < 4; k++)
+                A[j][k] -= times * A[i][k];
+        }
+    for (size_t i = 3; i-- > 0;) {
+        d[i] = A[i][3];
+        for (size_t k = i + 1; k < 3; k++)
+            d[i] -= A[i][k] * d[k];
+        d[i] /= A[i][i];
+    }
+}
+
+static enum status fit_colour(struct stage *g, const struct tissue *there, struct tissue *ret)
+{
+    const struct skin_role *role = g->r->fit.role;
+    double target[3], J[3][3], d[3], damping = 1e-3;
+    struct colour_fit at;
+    for (size_t k = 0; k < SKIN_PARAMETERS; k++)
+        at.value[k] = role[k].value;
+    at.value[SKIN_CM] = inside(&role[SKIN_CM], there->Cm);
+    at.value[SKIN_BM] = inside(&role[SKIN_BM], there->Bm);
+    at.value[SKIN_CH] = inside(&role[SKIN_CH], there->Ch);
+    Lab_seen(g, g->measured.value, target);
+    enum status s = look(g, target, &at);
+    for (size_t step = 0; step < COLOUR_STEPS && s == STATUS_OK && at.square > 1e-8; step++) {
+        struct colour_fit next = at;
+        s = slopes(g, target, &at, J);
+        if (s != STATUS_OK)
+            break;
+        step_of(g, target, &at, J, damping, d);
+        for (size_t i = 0; i < 3; i++)
+            next.value[i] = inside(&role[i], at.value[i] + d[i]);
+        s = look(g, target, &next);
+        damping *= next.square < at.square ? 0.1 : 10.0;
+        if (next.square < at.square)
+            at = next;
+        else if (damping > 1e6)
+            break;
+    }
+    *ret = fit_tissue(&g->r->fit, at.value);
+    return s;
+}
+
 static enum status fit_one(struct stage *g, const struct tissue *there, double weight,
                            struct rehearsed *sum, struct tissue *ret)
 {
@@ -286,6 +405,8 @@ static enum status rehearse_skin(struct stage *g, size_t i, struct rehearsed *su
         s = measure(g, &there, i, &g->measured);
     if (s == STATUS_OK && g->r->closed_form)
         found = solve(g);
+    else if (s == STATUS_OK && g->r->colour)
+        s = fit_colour(g, &there, &found);
     else if (s == STATUS_OK)
         s = fit_one(g, &there, weight_of(i), sum, &found);
     return s == STATUS_OK ? compare(g, &there, &found, weight_of(i), sum) : s;
@@ -319,7 +440,7 @@ static enum status rehearse_anew(const struct rehearsal *r, struct rehearsed *re
 
 /* ---- remembered --------------------------------------------------------------------- */
 
-enum { KEY_SIZE = 9 * SKIN_PARAMETERS + 23, REMEMBERED = 64 };
+enum { KEY_SIZE = 9 * SKIN_PARAMETERS + 24, REMEMBERED = 64 };
 
 /* All that an answer depends on: numbers bit by bit. */
 struct key {
@@ -366,7 +487,8 @@ static struct key key_of(const struct rehearsal *r)
                                r->range[2].hi,
                                r->from_there,
                                r->closed_form,
-                               r->transport };
+                               r->transport,
+                               r->colour };
     memcpy(key.number + n, numbers, sizeof numbers);
     return key;
 }

@@ -22,6 +22,7 @@ struct rehearsal {
     size_t bands;
     struct scene_range range[3]; /* of the skins' Cm, Bm, Ch; lo = hi: all have it */
     bool closed_form;            /* nothing is fitted: match/start.h is the answer */
+    bool colour;     /* nothing is fitted but the colour of the bands, as a row by colour does it */
     bool transport;  /* skins are what transport-8 says, on REHEARSAL_FEW of them; else what the
                       * fit's model says */
     bool from_there; /* the fit begins at the skin itself, as from a row near it; else without

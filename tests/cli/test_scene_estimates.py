@@ -107,6 +107,13 @@ class Estimates(Case):
         # What is said is more than what is there: the promise is kept.
         self.promise({"want": ["refined"], **TWO_LAYER}, made, (0.003, 0))
 
+    def test_rows_by_colour(self):
+        made = skins("two-layer")
+        for by in ("lab", "rgb"):
+            for scene, noise in (({}, PLACED), ({"noise": 0.01}, (0.01, 0))):
+                self.promise({"want": ["nearest"], "by": by, **scene, **TWO_LAYER}, made, noise,
+                             exact=True)  # fmt: skip
+
     def test_bound_that_is_not_met(self):
         made = skins("two-layer")
         for scene, noise in (({}, (0.003, 0)), ({"noise": 0.03, "placement": 0}, (0.03, 0)),

@@ -129,12 +129,24 @@ static void test_held(void)
     TEST_ASSERT_TRUE(plan.estimated.coefficient[0] < 0.8 * free);
 }
 
-/* Nothing is said that is not known. */
 static void test_colours(void)
 {
     struct scene s = wanting(SCENE_NEAREST);
     s.has_by = true;
     s.by = MATCH_LAB;
+    double before = expect(&s)->coefficient[0];
+    TEST_ASSERT_EQUAL_DOUBLE(cost_of(MATCH_LAB, REFINE_NOT)->rmse[0], before);
+    s.white = 0.01;
+    TEST_ASSERT_TRUE(expect(&s)->coefficient[0] > 1.5 * before);
+}
+
+/* Nothing is said that is not known: of skin as the paper's model has it there are no spectra. */
+static void test_unknown(void)
+{
+    struct scene s = wanting(SCENE_NEAREST);
+    struct recipe paper = recipe_default(model_find("paper"));
+    table = (struct plan_table){ "paper", &paper, grid_rows(&paper.grid) };
+    s.model = NULL;
     TEST_ASSERT_FALSE(isnan(expect(&s)->coefficient[0]));
     s.white = 0.01;
     TEST_ASSERT_TRUE(isnan(expect(&s)->coefficient[0]));
@@ -264,6 +276,7 @@ int main(void)
     RUN_TEST(test_rows);
     RUN_TEST(test_held);
     RUN_TEST(test_colours);
+    RUN_TEST(test_unknown);
     RUN_TEST(test_unfinished);
     RUN_TEST(test_k);
     RUN_TEST(test_scan);
