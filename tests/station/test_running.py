@@ -310,6 +310,7 @@ class Ending(Base):
         slow = "simulated:shot_ms=60000,charge_ms=0,calibrate_ms=0"
         with Daemon(instruments=(slow,)) as daemon, daemon.client() as c:
             c.call("events.subscribe", topics=["measurement"])
+            daemon.wait_for_instrument()
             lease = c.acquire()["lease"]
             c.calibrate(lease)
             uuid = new_uuid()

@@ -600,7 +600,7 @@ static void test_record_with_too_much(void)
 /* A scene that was settled before a rule was made is read all the same. */
 static void test_kept_scenes(void)
 {
-    static const char *const texts[] = { "{\"want\":[\"nearest\"],\"noise\":0.003}",
+    static const char *const texts[] = { "{\"want\":[\"lab\"],\"noise\":0.003}",
                                          "{\"want\":[\"refined\"],\"illuminant\":\"A\"}" };
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         char why[SCENE_WHY_SIZE] = "";
