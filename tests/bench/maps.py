@@ -1,5 +1,6 @@
 """maps.py - `skinspec map` beside the same fits of spectra in memory (map_rate.c), in turns."""
 
+import glob
 import os
 import random
 import resource
@@ -20,7 +21,7 @@ from report import heading, row  # noqa: E402
 from support import BUILD, SKINSPEC, run  # noqa: E402
 
 RATE = os.path.join(BUILD, "bench", "map_rate")
-SIDE = 1000
+SIDE, ROUNDS = 1000, 9
 MAP_SHARE = 80
 NM = list(range(400, 701, 10))
 WHITE = 0.003
@@ -76,12 +77,14 @@ def in_memory(header, model, refine, threads):
 
 
 def mapped(header, model, refine, out, *options):
-    """The same of a whole run of skinspec map, from exec to exit."""
+    """The same of a whole run of skinspec map, from exec to exit; what the last one made is gone."""
+    for made in glob.glob(out + "*"):
+        os.unlink(made)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     began = time.perf_counter()
     subprocess.run(
         [SKINSPEC, "map", header, "--specular", "sce", "--model", model, "--refine=" + refine,
-         "--noise", str(WHITE), "--out", out, "--force", *options],
+         "--noise", str(WHITE), "--out", out, *options],
         check=True, stdout=subprocess.DEVNULL,
     )  # fmt: skip
     wall = time.perf_counter() - began
@@ -92,19 +95,19 @@ def mapped(header, model, refine, out, *options):
 
 def show():
     """A cube of a million pixels to maps and pictures, beside the same fits in memory on as many
-    threads: in turns, the medians of places.ROUNDS, of wall clock and of CPU."""
+    threads: in turns, the medians of ROUNDS, of wall clock and of CPU."""
     places.program("map_rate")
     cores = len(os.sched_getaffinity(0))
     for model in ("half-space", "two-layer"):
         with tempfile.TemporaryDirectory(prefix="skinspec-bench.", dir=places.MEMORY) as folder:
             cubes = write(folder, model)
             heading(f"a cube of 1000 x 1000 x 31 to maps of Cm, Bm, Ch, {model}, {cores} threads: "
-                    f"median of {places.ROUNDS}, seconds, and CPU seconds")  # fmt: skip
+                    f"median of {ROUNDS}, seconds, and CPU seconds")  # fmt: skip
             reference = cubes["bip", 4, 0]
             bare = "bip, float32, --no-pictures"
             took = {name: [] for name in ("in memory", bare, *cubes)}
             with machine.Others() as others:
-                for _ in range(places.ROUNDS):
+                for _ in range(ROUNDS):
                     took["in memory"].append(in_memory(reference, model, "three", cores))
                     for layout, cube in cubes.items():
                         took[layout].append(mapped(cube, model, "three", folder + "/out"))
