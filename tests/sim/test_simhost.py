@@ -285,8 +285,9 @@ class SimhostTest(unittest.TestCase):
             self.ok(f"plug cm700d one ttyACM{i % 3}")
         self.order("open", "/dev/ttyACM2")
         self.assertEqual(self.asked("/dev/ttyACM2", "IDR\r\n"), [IDR, "line"])
-        # What one cycle kept, nineteen would show; one that is being closed comes and goes.
-        self.assertEqual(min(counts[:10]), min(counts[10:]), counts)
+        # What a cycle keeps is kept nineteen times; one that is being closed, or opened once for
+        # all, comes and goes.
+        self.assertLess(counts[-1] - counts[0], 5, counts)
 
     def test_mode_of_a_node(self):
         self.ok("plug cm700d one ttyACM0")
